@@ -1,0 +1,1 @@
+//! The messages over iceoryx2 shared memory.

@@ -1,0 +1,1 @@
+//! The steps of all processes composed in one thread.

@@ -1,0 +1,1 @@
+//! Tracks pattern and ankle poses with the whole body.

@@ -1,0 +1,3 @@
+//! Tracks pattern and ankle poses with the whole body.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Turns the planned forces into ankle poses through the soles.

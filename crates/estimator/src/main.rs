@@ -1,0 +1,3 @@
+//! Turns the planned forces into ankle poses through the soles.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Signorini-Coulomb contact problems with a dense Delassus operator.

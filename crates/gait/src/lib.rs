@@ -1,0 +1,1 @@
+//! Walking pattern generation: the walk as a quadratic program.

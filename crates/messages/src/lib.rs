@@ -1,0 +1,1 @@
+//! What crosses process borders: fixed-layout messages and the table of topics.

@@ -1,0 +1,1 @@
+//! Kinematic trees from URDF and their rigid-body algorithms.

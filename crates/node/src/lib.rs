@@ -1,0 +1,1 @@
+//! The shell of a periodic process: arguments, pace, clock, health, shutdown.

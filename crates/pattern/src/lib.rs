@@ -1,0 +1,1 @@
+//! The walk as data: phases, polynomials and footholds, evaluated at any time.

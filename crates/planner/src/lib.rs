@@ -1,0 +1,1 @@
+//! Plans the walk and publishes the pattern.

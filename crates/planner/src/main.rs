@@ -1,0 +1,3 @@
+//! Plans the walk and publishes the pattern.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! The simulated robot: multibody, servo, sensors, soft soles and stabiliser.

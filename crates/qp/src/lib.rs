@@ -1,0 +1,1 @@
+//! Convex quadratic programs, solver-neutral, with Clarabel behind them.

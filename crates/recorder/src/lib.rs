@@ -1,0 +1,1 @@
+//! Writes every topic to MCAP.

@@ -1,0 +1,3 @@
+//! Writes every topic to MCAP.
+
+fn main() {}

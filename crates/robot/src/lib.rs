@@ -1,0 +1,1 @@
+//! One folder of robots/, read and checked.

@@ -1,0 +1,1 @@
+//! A scenario file: which configuration each process runs with.

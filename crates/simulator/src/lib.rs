@@ -1,0 +1,1 @@
+//! Plays the robot: HRP-4 on soft soles.

@@ -1,0 +1,3 @@
+//! Plays the robot: HRP-4 on soft soles.
+
+fn main() {}

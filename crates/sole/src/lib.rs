@@ -1,0 +1,1 @@
+//! Finite elements of the soft sole, its contact with the ground, and the deformation estimator.

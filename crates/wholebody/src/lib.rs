@@ -1,0 +1,1 @@
+//! One whole-body control step as a quadratic program.

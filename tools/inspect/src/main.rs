@@ -1,0 +1,3 @@
+//! JSON doors to the libraries.
+
+fn main() {}

@@ -1,0 +1,3 @@
+//! Starts, supervises and stops the processes of a scenario.
+
+fn main() {}

@@ -1,0 +1,3 @@
+//! All checks and chores.
+
+fn main() {}
