@@ -1,3 +1,45 @@
-//! JSON doors to the libraries.
+//! JSON doors to the libraries, so that anybody can hold one against their own code.
+//!
+//! One file per subcommand. To add one: a module with `Arguments` (clap) and `run(&Arguments) -> anyhow::Result<Outcome>`,
+//! a variant of [`Subcommand`] and an arm of [`run`].
+#![allow(clippy::print_stdout)] // results go to stdout
 
-fn main() {}
+mod door;
+mod dynamics;
+
+use clap::Parser;
+use door::Outcome;
+use std::process::ExitCode;
+
+/// JSON in, JSON out: matrices are row-major nested lists, units are SI.
+///
+/// Exit codes: 0 everything was solved; 1 something was not (the output says what); 2 the input or the command is wrong.
+#[derive(Parser)]
+#[command(name = "soleus-inspect", version)]
+struct Command {
+    #[command(subcommand)]
+    subcommand: Subcommand,
+}
+
+#[derive(clap::Subcommand)]
+enum Subcommand {
+    /// Rigid-body kinematics and dynamics of a robot given as URDF.
+    Dynamics(dynamics::Arguments),
+}
+
+fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
+    match subcommand {
+        Subcommand::Dynamics(arguments) => dynamics::run(arguments),
+    }
+}
+
+fn main() -> ExitCode {
+    match run(&Command::parse().subcommand) {
+        Ok(Outcome::Solved) => ExitCode::SUCCESS,
+        Ok(Outcome::NotSolved) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("soleus-inspect: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
