@@ -1,0 +1,163 @@
+//! Enumerations that cross process borders as `u32`.
+//!
+//! A number that none of the names has comes back as `None`: the sender is newer than the receiver, or broken.
+
+macro_rules! codes {
+    ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $code:literal, $word:literal;)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$variant_meta])* $variant,)*
+        }
+
+        impl $name {
+            /// All of them, in the order of their codes.
+            pub const ALL: &[$name] = &[$($name::$variant,)*];
+
+            /// The number that crosses the process border.
+            pub const fn code(self) -> u32 {
+                match self { $($name::$variant => $code,)* }
+            }
+
+            /// The name of a number, if it has one.
+            pub const fn from_code(code: u32) -> Option<Self> {
+                match code { $($code => Some($name::$variant),)* _ => None }
+            }
+
+            /// A word for people.
+            pub const fn word(self) -> &'static str {
+                match self { $($name::$variant => $word,)* }
+            }
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.word())
+            }
+        }
+    };
+}
+
+codes! {
+    /// The processes.
+    Process {
+        /// Plans the walk.
+        Planner = 1, "planner";
+        /// Estimates the deformation of the soles.
+        Estimator = 2, "estimator";
+        /// Tracks pattern and ankle poses with the whole body.
+        Controller = 3, "controller";
+        /// The simulated robot.
+        Simulator = 4, "simulator";
+        /// Writes every topic to a file.
+        Recorder = 5, "recorder";
+        /// Starts and supervises the others.
+        Launcher = 6, "launcher";
+    }
+}
+
+codes! {
+    /// What a process is doing.
+    State {
+        /// Reading its configuration, building its models.
+        Starting = 1, "starting";
+        /// Waiting for the others.
+        Ready = 2, "ready";
+        /// At work.
+        Running = 3, "running";
+        /// Alive, but in its safe behaviour (holding posture, last good value).
+        Holding = 4, "holding";
+        /// About to end, or done.
+        Stopping = 5, "stopping";
+    }
+}
+
+codes! {
+    /// Why a process is in its state.
+    Reason {
+        /// Nothing special.
+        None = 0, "";
+        /// The walk is over.
+        Finished = 1, "finished";
+        /// The robot has fallen.
+        Fallen = 2, "fallen";
+        /// An input stayed away.
+        InputMissing = 3, "input missing";
+        /// A solver failed too often.
+        SolverFailed = 4, "solver failed";
+        /// The plan cannot be met.
+        Infeasible = 5, "infeasible";
+        /// Asked to stop (signal).
+        Asked = 6, "asked to stop";
+        /// A message of another robot arrived.
+        OtherRobot = 7, "message of another robot";
+        /// Deadlines were missed too often.
+        Deadline = 8, "deadlines missed";
+        /// The disk is full or too slow.
+        Storage = 9, "storage failed";
+        /// The pattern is of another version, too long or damaged.
+        PatternRefused = 10, "pattern refused";
+    }
+}
+
+codes! {
+    /// Outcome of a computation.
+    Outcome {
+        /// Nothing was computed.
+        None = 0, "none";
+        /// Solved to tolerance.
+        Solved = 1, "solved";
+        /// The iteration limit was reached; the residual says how far it came.
+        IterationLimit = 2, "iteration limit";
+        /// The problem has no solution.
+        Infeasible = 3, "infeasible";
+        /// Broken numbers.
+        NumericalFailure = 4, "numerical failure";
+        /// The reference asks for what the contact cannot give (zero-moment point outside the sole, force outside the cone).
+        ReferenceOutside = 5, "reference outside";
+        /// An older value is used in its place.
+        Held = 6, "held";
+    }
+}
+
+codes! {
+    /// What the controller does.
+    Mode {
+        /// Holding the posture before the walk.
+        Standing = 1, "standing";
+        /// Walking.
+        Walking = 2, "walking";
+        /// Holding the posture after the walk.
+        Finished = 3, "finished";
+        /// Holding the posture because something failed.
+        Holding = 4, "holding";
+    }
+}
+
+codes! {
+    /// Contact state of a node of the sole.
+    NodeState {
+        /// Above the ground.
+        Open = 0, "open";
+        /// Touching, at rest.
+        Sticking = 1, "sticking";
+        /// Touching, sliding.
+        Slipping = 2, "slipping";
+    }
+}
+
+codes! {
+    /// Why the robot counts as fallen.
+    Fall {
+        /// It stands.
+        None = 0, "none";
+        /// The base is too low.
+        BaseLow = 1, "base too low";
+        /// The trunk is tilted too far.
+        Tilted = 2, "tilted too far";
+        /// A part other than the soles touches the ground.
+        BodyContact = 3, "body touches the ground";
+        /// The simulation broke down.
+        Diverged = 4, "simulation diverged";
+    }
+}
