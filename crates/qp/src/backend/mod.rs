@@ -1,0 +1,3 @@
+//! Solvers behind the common form.
+
+pub mod clarabel;

@@ -1,0 +1,1 @@
+//! Small dense problems, solved again and again.
