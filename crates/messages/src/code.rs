@@ -161,3 +161,17 @@ codes! {
         Diverged = 4, "simulation diverged";
     }
 }
+
+codes! {
+    /// Which part of the walk a phase belongs to.
+    PhaseKind {
+        /// Double support before the first step.
+        Start = 0, "start";
+        /// One foot in the air.
+        SingleSupport = 1, "single support";
+        /// Load goes from one foot to the other.
+        DoubleSupport = 2, "double support";
+        /// Double support after the last step.
+        Stop = 3, "stop";
+    }
+}

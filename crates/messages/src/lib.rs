@@ -15,12 +15,16 @@
 //! - In lock-step every field of every message except those of [`Health`] and [`Header::clock_monotonic_ns`] (zero there) is
 //!   reproducible bit for bit; wall-clock measurements therefore live in `Health`.
 //!
+//! The walking pattern is the one domain type that more than one process receives: its way to and from messages is here
+//! ([`write_pattern`], [`read_pattern`]), so that it exists once. Everything else is converted in the `convert.rs` of its process.
+//!
 //! [`topic`] says which message travels where; `bus` and the recorder are driven by it. This crate depends on iceoryx2 only for
 //! the derive that states a type may be placed in shared memory.
 
 pub mod code;
 mod header;
 mod health;
+mod pattern;
 mod plain;
 mod robot;
 mod sole;
@@ -30,12 +34,13 @@ mod walk;
 
 pub use header::{Fault, Header, Message};
 pub use health::Health;
+pub use pattern::{PatternRefused, read_pattern, write_pattern};
 pub use plain::Plain;
 pub use robot::{Plan, PlanFoot, RobotCommand, RobotState};
 pub use sole::{ContactNodes, FootDeformation, SoleContact, SoleDeformation};
 pub use topic::Topic;
 pub use truth::Truth;
-pub use walk::{PatternHeader, PatternPhase, WalkStart};
+pub use walk::{PatternFoot, PatternHeader, PatternPhase, WalkStart};
 
 /// Most joints a robot may have.
 pub const MAX_JOINTS: usize = 40;

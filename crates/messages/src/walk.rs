@@ -27,18 +27,67 @@ plain_struct! {
         ankle_height_m: f64,
         /// Duration of the whole pattern.
         duration_s: f64,
-        /// Further numbers of the pattern, in the order of `convert.rs` of the planner; unused ones are zero.
-        values: [f64; 12],
+        /// Ankle in the sole frame, x and y (m), left and right foot.
+        ankle_in_sole_m: [[f64; 2]; 2],
+        /// Always zero.
+        reserved: [f64; 8],
     }
 }
 
 plain_struct! {
-    /// One phase of a walking pattern: numbers and codes in the order in which `convert.rs` of the planner lays them down.
-    "soleus.PatternPhaseV1", 1088 bytes, PatternPhase {
-        /// Real numbers.
-        values: [f64; 128],
-        /// Codes and counts.
-        codes: [u32; 16],
+    /// What one foot does during a phase.
+    "soleus.PatternFootV1", 88 bytes, PatternFoot {
+        /// Under the ankle, where it stands or will land: x, y (m), yaw (rad).
+        ankle_foothold: [f64; 3],
+        /// Walk time at which it came, or will come, into contact there.
+        contact_since_s: f64,
+        /// 1 while the foot is in the air, else 0 and the fields below are zero.
+        in_the_air: u32,
+        /// Always zero.
+        reserved: u32,
+        /// Under the ankle, where it left: x, y (m), yaw (rad).
+        swing_from_foothold: [f64; 3],
+        /// Walk time of take-off.
+        swing_start_s: f64,
+        /// Walk time of landing.
+        swing_end_s: f64,
+        /// Height of the highest point above the higher of the two ends.
+        swing_apex_m: f64,
+    }
+}
+
+plain_struct! {
+    /// One phase of a walking pattern; the letters are those of the crate `pattern`. Polynomials are ascending coefficients
+    /// in powers of the phase's local time (s).
+    "soleus.PatternPhaseV1", 672 bytes, PatternPhase {
+        /// Start in walk time.
+        start_s: f64,
+        /// Duration.
+        duration_s: f64,
+        /// [`crate::code::PhaseKind`].
+        kind: u32,
+        /// The swing it carries out, prepares or follows, counted from 1.
+        step: u32,
+        /// Foot 1: 0 left, 1 right.
+        foot_1: u32,
+        /// Power of the local time cancelled in `share` and `excess`: 0 or 3.
+        cancelled_power: u32,
+        /// ZMP, x and y.
+        zmp: [[f64; 6]; 2],
+        /// Polynomial part of the COM, x and y.
+        com_polynomial: [[f64; 6]; 2],
+        /// Decaying exponential part of the COM (m), x and y.
+        com_decaying: [f64; 2],
+        /// Growing exponential part of the COM (m), x and y.
+        com_growing: [f64; 2],
+        /// Load share of foot 2, divided by the cancelled power.
+        share: [f64; 6],
+        /// ZMP of foot 1 minus ZMP, divided by the cancelled power, x and y.
+        excess: [[f64; 6]; 2],
+        /// ZMP of foot 1, x and y.
+        zmp_1: [[f64; 6]; 2],
+        /// Left and right foot.
+        feet: [PatternFoot; 2],
     }
 }
 
