@@ -24,6 +24,21 @@ pub enum InertiaError {
     TriangleInequality(f64),
 }
 
+impl std::fmt::Display for InertiaError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotFinite => write!(f, "a number is NaN or infinite"),
+            Self::NegativeMass(mass) => write!(f, "its mass is {mass} kg"),
+            Self::NegativeMoment(moment) => write!(f, "its smallest principal moment of inertia is {moment} kg m^2"),
+            Self::TriangleInequality(excess) => {
+                write!(f, "its largest principal moment of inertia exceeds the sum of the others by {excess} kg m^2")
+            }
+        }
+    }
+}
+
+impl std::error::Error for InertiaError {}
+
 /// Principal moments may miss positivity or the triangle inequality by this fraction of the largest one: exporters round.
 const ROUNDED_EXPORT: f64 = 1e-3;
 

@@ -1,0 +1,73 @@
+//! Jacobians and drifts of frames and of the centre of mass.
+
+use crate::crba::composite_inertias;
+use crate::{Base, FrameIndex, Model, Workspace};
+use nalgebra::{DMatrix, DVector};
+use spatial::{Mat3, Vec3, Vec6, so3};
+
+/// `out = J`: `[velocity of the frame's origin; angular velocity] = J v`, world axes, after any algorithm that computes the
+/// kinematics.
+pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
+    assert_eq!(out.shape(), (6, model.nv()), "Jacobian");
+    out.fill(0.0);
+    write_jacobian(model, ws, frame, out);
+}
+
+/// The structurally non-zero columns of a frame's Jacobian; the others are not touched.
+pub(crate) fn write_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
+    let p_OF = ws.from_origin(model, frame);
+    let base_dofs = model.base_dofs();
+    let mut i = model.frames()[frame.0].body;
+    while i > 0 {
+        let at_frame = ws.motion[i].s.at(&p_OF);
+        out.fixed_view_mut::<3, 1>(0, base_dofs + i - 1).copy_from(&at_frame.linear);
+        out.fixed_view_mut::<3, 1>(3, base_dofs + i - 1).copy_from(&at_frame.angular);
+        i = model.bodies[i].parent;
+    }
+    if model.base() == Base::Floating {
+        let R_WB = &ws.motion[0].placement.rotation;
+        out.fixed_view_mut::<3, 3>(0, 0).copy_from(R_WB);
+        out.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-so3::skew(&p_OF) * R_WB));
+        out.fixed_view_mut::<3, 3>(3, 3).copy_from(R_WB);
+    }
+}
+
+/// `Jdot v`: acceleration of a frame's origin and its angular acceleration when `vd = 0`, world axes, after
+/// [`forward_kinematics_velocity`](crate::forward_kinematics_velocity) with the same `v`.
+#[must_use]
+pub fn frame_drift(model: &Model, ws: &Workspace, frame: FrameIndex, v: &DVector<f64>) -> Vec6 {
+    let mut i = model.frames()[frame.0].body;
+    let twist = ws.motion[i].v;
+    let mut a = spatial::Twist::zero();
+    while i > 0 {
+        let motion = &ws.motion[i];
+        let rate = v[model.base_dofs() + i - 1];
+        a = crate::rigid::sum(&a, &crate::rigid::scaled(&crate::rigid::cross_motion(&motion.v, &motion.s), rate));
+        i = model.bodies[i].parent;
+    }
+    classical(&a, &twist, &ws.from_origin(model, frame)).to_vector()
+}
+
+/// Acceleration of the body-fixed point at `p` from a spatial acceleration and twist about O.
+pub(crate) fn classical(a: &spatial::Twist, v: &spatial::Twist, p: &Vec3) -> spatial::Twist {
+    let at_point = a.at(p);
+    spatial::Twist { linear: at_point.linear + v.angular.cross(&v.at(p).linear), angular: at_point.angular }
+}
+
+/// `out = Jcom` (3 x nv): `velocity of the centre of mass = Jcom v`, world axes, after any algorithm that computes the
+/// kinematics.
+pub fn com_jacobian(model: &Model, ws: &mut Workspace, out: &mut DMatrix<f64>) {
+    assert_eq!(out.shape(), (3, model.nv()), "Jacobian of the centre of mass");
+    composite_inertias(model, ws);
+    let mass = ws.inertia[0].mass;
+    for i in 1..model.bodies.len() {
+        let force = ws.inertia[i].apply(&ws.motion[i].s).force;
+        out.fixed_view_mut::<3, 1>(0, model.base_dofs() + i - 1).copy_from(&(force / mass));
+    }
+    if model.base() == Base::Floating {
+        let R_WB = ws.motion[0].placement.rotation;
+        let lever: Mat3 = -so3::skew(&(ws.inertia[0].first_moment / mass)) * R_WB;
+        out.fixed_view_mut::<3, 3>(0, 0).copy_from(&R_WB);
+        out.fixed_view_mut::<3, 3>(0, 3).copy_from(&lever);
+    }
+}

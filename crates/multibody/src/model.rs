@@ -1,0 +1,375 @@
+//! The constant description of a robot, built once.
+
+use crate::error::nearest;
+use crate::urdf::{self, Kind, Tree, TreeJoint};
+use crate::{Configuration, Item, ModelError};
+use nalgebra::DVector;
+use spatial::{Inertia, Mat3, Transform, Vec3, so3};
+use std::collections::HashMap;
+
+/// More movable joints than this make dense matrices of gigabytes.
+const JOINTS_MAX: usize = 2000;
+
+/// What the root link is attached to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Base {
+    /// Nothing: six degrees of freedom.
+    #[default]
+    Floating,
+    /// The world: the base pose in [`Configuration`] says where, and does not move.
+    Fixed,
+}
+
+/// How a URDF becomes a [`Model`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelOptions {
+    /// What the root link is attached to.
+    pub base: Base,
+    /// Joints that this scene does not move, with the position (rad, m) at which they are merged into their parents.
+    pub locked_joints: Vec<(String, f64)>,
+    /// Acceleration of free fall (m/s^2), world axes.
+    pub gravity: Vec3,
+}
+
+impl Default for ModelOptions {
+    fn default() -> Self {
+        Self { base: Base::Floating, locked_joints: Vec::new(), gravity: Vec3::new(0.0, 0.0, -9.81) }
+    }
+}
+
+/// Position of a joint in [`Model::joints`]; its column in `v` is `model.base_dofs() + index`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct JointIndex(pub usize);
+
+/// Position of a frame in [`Model::frames`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FrameIndex(pub usize);
+
+/// What a joint may do, as the file says; infinite where the file says nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Lowest position (rad, m).
+    pub lower: f64,
+    /// Highest position (rad, m).
+    pub upper: f64,
+    /// Largest speed (rad/s, m/s).
+    pub velocity: f64,
+    /// Largest torque or force (N m, N).
+    pub effort: f64,
+    /// The file has limits for this joint.
+    pub given: bool,
+}
+
+/// What a joint's coordinate measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointMotion {
+    /// A rotation about the axis (rad).
+    Revolute,
+    /// A displacement along the axis (m).
+    Prismatic,
+}
+
+/// A movable joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name in the URDF.
+    pub name: String,
+    /// What its coordinate measures.
+    pub motion: JointMotion,
+    /// What it may do.
+    pub limits: Limits,
+}
+
+/// A named frame, rigidly attached to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Name of the URDF link, or the one given to [`Model::add_frame`].
+    pub name: String,
+    pub(crate) body: usize,
+    /// Pose in the body's frame.
+    pub(crate) placement: Transform,
+}
+
+/// One moving body with everything that is rigidly attached to it. `bodies[0]` is the base, `bodies[i + 1]` is moved by
+/// joint `i`. Parents come before children, and the bodies below any body follow it without a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Body {
+    pub parent: usize,
+    pub motion: JointMotion,
+    /// The body's frame at joint position zero, in the parent's body frame; z is the joint's axis.
+    pub placement: Transform,
+    /// In the body's frame.
+    pub inertia: Inertia,
+    /// Added to the joint's diagonal entry of M (kg m^2, kg).
+    pub rotor_inertia: f64,
+}
+
+/// A robot: bodies, joints, frames. Constant for all algorithms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    name: String,
+    base: Base,
+    gravity: Vec3,
+    total_mass_kg: f64,
+    joints: Vec<Joint>,
+    pub(crate) bodies: Vec<Body>,
+    frames: Vec<Frame>,
+    root_frame: FrameIndex,
+}
+
+impl Model {
+    /// Reads a URDF. Joints are ordered depth first, children in the file's order.
+    ///
+    /// # Errors
+    /// [`ModelError`] names the link or joint that is wrong.
+    pub fn from_urdf(text: &str, options: &ModelOptions) -> Result<Self, ModelError> {
+        let tree = urdf::tree(text)?;
+        let locked = locked_positions(&tree, &options.locked_joints)?;
+        let mut model = Self {
+            name: tree.name.clone(),
+            base: options.base,
+            gravity: options.gravity,
+            total_mass_kg: 0.0,
+            joints: Vec::new(),
+            bodies: vec![Body {
+                parent: 0,
+                motion: JointMotion::Revolute,
+                placement: Transform::identity(),
+                inertia: Inertia::zero(),
+                rotor_inertia: 0.0,
+            }],
+            frames: Vec::new(),
+            root_frame: FrameIndex(0),
+        };
+        // Depth first with an explicit stack of joints to cross: a chain of any length is read.
+        let mut pending = Vec::new();
+        model.add_link(&tree, tree.root, 0, Transform::identity(), &mut pending);
+        while let Some((joint, body, X_BJ)) = pending.pop() {
+            let joint: &TreeJoint = &tree.joints[joint];
+            let (body, X_BL) = model.attach(joint, locked.get(joint.name.as_str()).copied(), body, X_BJ)?;
+            model.add_link(&tree, joint.child, body, X_BL, &mut pending);
+        }
+        if model.joints.len() > JOINTS_MAX {
+            return Err(ModelError::TooManyJoints { found: model.joints.len(), limit: JOINTS_MAX });
+        }
+        model.total_mass_kg = model.bodies.iter().map(|body| body.inertia.mass_kg).sum();
+        if model.total_mass_kg == 0.0 {
+            return Err(ModelError::NoMass);
+        }
+        Ok(model)
+    }
+
+    /// Makes a link part of a body and puts the joints below it on the stack, the first one on top.
+    fn add_link(
+        &mut self,
+        tree: &Tree,
+        link: usize,
+        body: usize,
+        X_BL: Transform,
+        pending: &mut Vec<(usize, usize, Transform)>,
+    ) {
+        let link = &tree.links[link];
+        let inertia = &mut self.bodies[body].inertia;
+        *inertia = inertia.joined(&link.inertia.seen_from(&X_BL));
+        self.frames.push(Frame { name: link.name.clone(), body, placement: X_BL });
+        pending.extend(link.children.iter().rev().map(|&joint| (joint, body, X_BL * tree.joints[joint].placement)));
+    }
+
+    /// Where the child link of a joint goes: into the same body if it does not move, else into a new one.
+    fn attach(
+        &mut self,
+        joint: &TreeJoint,
+        locked_at: Option<f64>,
+        body: usize,
+        X_BJ: Transform,
+    ) -> Result<(usize, Transform), ModelError> {
+        let motion = match joint.kind {
+            Kind::Fixed => return Ok((body, X_BJ)),
+            Kind::Revolute | Kind::Continuous => JointMotion::Revolute,
+            Kind::Prismatic => JointMotion::Prismatic,
+        };
+        if let Some(position) = locked_at {
+            let X_JL = match motion {
+                JointMotion::Revolute => Transform::new(so3::exp(&(joint.axis * position)), Vec3::zeros()),
+                JointMotion::Prismatic => Transform::from_translation(joint.axis * position),
+            };
+            return Ok((body, X_BJ * X_JL));
+        }
+        if joint.kind != Kind::Continuous && !joint.limits.given {
+            return Err(ModelError::MissingLimits { joint: joint.name.clone() });
+        }
+        let R_JA = with_z_along(&joint.axis);
+        let placement = Transform::new(X_BJ.rotation * R_JA, X_BJ.translation);
+        self.joints.push(Joint { name: joint.name.clone(), motion, limits: joint.limits });
+        self.bodies.push(Body { parent: body, motion, placement, inertia: Inertia::zero(), rotor_inertia: 0.0 });
+        Ok((self.bodies.len() - 1, Transform::new(R_JA.transpose(), Vec3::zeros())))
+    }
+
+    /// The robot's name in the URDF.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What the root link is attached to.
+    #[must_use]
+    pub fn base(&self) -> Base {
+        self.base
+    }
+
+    /// Acceleration of free fall (m/s^2), world axes.
+    #[must_use]
+    pub fn gravity(&self) -> Vec3 {
+        self.gravity
+    }
+
+    /// Length of `v`: base and joints.
+    #[must_use]
+    pub fn nv(&self) -> usize {
+        self.base_dofs() + self.joints.len()
+    }
+
+    /// Columns of the base in `v`: 6 if floating, 0 if fixed.
+    #[must_use]
+    pub fn base_dofs(&self) -> usize {
+        match self.base {
+            Base::Floating => 6,
+            Base::Fixed => 0,
+        }
+    }
+
+    /// Number of movable, unlocked joints (the base is none).
+    #[must_use]
+    pub fn joint_count(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Movable, unlocked joints in the order of `v`.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Looks up a joint by its URDF name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownJoint`]; locked joints are unknown too.
+    pub fn joint(&self, name: &str) -> Result<JointIndex, ModelError> {
+        self.joints.iter().position(|joint| joint.name == name).map(JointIndex).ok_or_else(|| {
+            let nearest = nearest(name, self.joints.iter().map(|joint| joint.name.as_str()));
+            ModelError::UnknownJoint { name: name.to_owned(), nearest }
+        })
+    }
+
+    /// Column of a joint in `v`.
+    #[must_use]
+    pub fn column(&self, joint: JointIndex) -> usize {
+        self.base_dofs() + joint.0
+    }
+
+    /// All frames: every URDF link, also merged ones, and added frames.
+    #[must_use]
+    pub fn frames(&self) -> &[Frame] {
+        &self.frames
+    }
+
+    /// Looks up a frame by the name of its URDF link.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownFrame`].
+    pub fn frame(&self, name: &str) -> Result<FrameIndex, ModelError> {
+        self.frames.iter().position(|frame| frame.name == name).map(FrameIndex).ok_or_else(|| {
+            let nearest = nearest(name, self.frames.iter().map(|frame| frame.name.as_str()));
+            ModelError::UnknownFrame { name: name.to_owned(), nearest }
+        })
+    }
+
+    /// Frame of the root link, which is the base frame B.
+    #[must_use]
+    pub fn base_frame(&self) -> FrameIndex {
+        self.root_frame
+    }
+
+    /// The joint that moves the body to which a frame is attached; `None` if it is the base.
+    #[must_use]
+    pub fn joint_above(&self, frame: FrameIndex) -> Option<JointIndex> {
+        self.frames[frame.0].body.checked_sub(1).map(JointIndex)
+    }
+
+    /// Does this joint move the frame?
+    #[must_use]
+    pub fn moves(&self, joint: JointIndex, frame: FrameIndex) -> bool {
+        let mut body = self.frames[frame.0].body;
+        while body > joint.0 + 1 {
+            body = self.bodies[body].parent;
+        }
+        body == joint.0 + 1
+    }
+
+    /// Adds a frame at the constant pose `X_PF` in an existing one. Workspaces need not be made anew.
+    pub fn add_frame(&mut self, name: &str, parent: FrameIndex, X_PF: Transform) -> FrameIndex {
+        let Frame { body, placement, .. } = self.frames[parent.0];
+        self.frames.push(Frame { name: name.to_owned(), body, placement: placement * X_PF });
+        FrameIndex(self.frames.len() - 1)
+    }
+
+    /// Inertia of a joint's rotor seen through its gear (kg m^2, kg for a prismatic joint). It enters M's diagonal in
+    /// all algorithms; the rotor's gyroscopic effects are neglected.
+    pub fn set_rotor_inertia(&mut self, joint: JointIndex, kg_m2: f64) {
+        assert!(kg_m2.is_finite() && kg_m2 >= 0.0, "rotor inertia of `{}`: {kg_m2}", self.joints[joint.0].name);
+        self.bodies[joint.0 + 1].rotor_inertia = kg_m2;
+    }
+
+    /// Mass of all links (kg).
+    #[must_use]
+    pub fn total_mass_kg(&self) -> f64 {
+        self.total_mass_kg
+    }
+
+    /// Base at the world's origin, all joints at zero.
+    #[must_use]
+    pub fn neutral(&self) -> Configuration {
+        Configuration { base: Transform::identity(), joints: DVector::zeros(self.joints.len()) }
+    }
+}
+
+/// Where each locked joint is held. A joint that mimics a locked one is locked with it.
+fn locked_positions<'a>(tree: &'a Tree, locked: &[(String, f64)]) -> Result<HashMap<&'a str, f64>, ModelError> {
+    let joints: HashMap<&str, &TreeJoint> = tree.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect();
+    let find = |name: &str| {
+        joints.get(name).copied().ok_or_else(|| ModelError::UnknownJoint {
+            name: name.to_owned(),
+            nearest: nearest(name, joints.keys().copied()),
+        })
+    };
+    let mut positions = HashMap::new();
+    for (name, position) in locked {
+        let joint = find(name)?;
+        if !position.is_finite() {
+            return Err(ModelError::NotFinite { item: Item::Joint(name.clone()), field: "locked position" });
+        }
+        positions.insert(joint.name.as_str(), *position);
+    }
+    for joint in &tree.joints {
+        let (mut multiplier, mut offset, mut leader) = (1.0, 0.0, joint);
+        let mut steps = 0;
+        while let Some(mimic) = &leader.mimic {
+            (multiplier, offset) = (multiplier * mimic.multiplier, multiplier * mimic.offset + offset);
+            leader = find(&mimic.master)?;
+            steps += 1;
+            if steps > tree.joints.len() {
+                return Err(ModelError::MimicCycle { joint: joint.name.clone() });
+            }
+        }
+        if let Some(position) = positions.get(leader.name.as_str()).copied() {
+            positions.entry(joint.name.as_str()).or_insert(multiplier * position + offset);
+        }
+    }
+    Ok(positions)
+}
+
+/// A rotation whose third column is the unit vector `axis`; exact (a permutation with signs) along coordinate axes.
+fn with_z_along(axis: &Vec3) -> Mat3 {
+    let x = Vec3::ith(axis.iamin(), 1.0).cross(axis).normalize();
+    Mat3::from_columns(&[x, axis.cross(&x), *axis])
+}

@@ -1,0 +1,183 @@
+//! Keeps of a URDF what dynamics need.
+//!
+//! Shapes, materials, textures, transmissions and simulator extensions are dropped *before* `urdf-rs` sees the text: a
+//! robot must not become unreadable because a `<texture/>` has no file name. The text is cut at element borders by a
+//! streaming XML reader, never by searching for strings, so comments, CDATA and quoting are handled as XML defines them.
+
+use crate::{Item, ModelError};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+
+/// A link or a joint, as text.
+pub(super) struct Element {
+    pub item: Item,
+    pub text: String,
+    /// The joint has a `<limit>` element.
+    pub has_limit: bool,
+}
+
+/// The links and joints of a robot, in the file's order.
+pub(super) struct Document {
+    /// Opening tag of the root with its attributes (the URDF version decides what numbers mean).
+    pub opening: String,
+    pub elements: Vec<Element>,
+}
+
+impl Document {
+    /// A complete URDF made of some of the elements.
+    pub fn text<'a>(&'a self, elements: impl Iterator<Item = &'a Element>) -> String {
+        let mut text = self.opening.clone();
+        elements.for_each(|element| text.push_str(&element.text));
+        text.push_str("</robot>");
+        text
+    }
+}
+
+pub(super) fn clean(text: &str) -> Result<Document, ModelError> {
+    let mut reader = Reader::from_str(text);
+    let mut document = None;
+    loop {
+        match next(&mut reader)? {
+            Event::Start(start) if start.name().as_ref() == b"robot" => {
+                document = Some(robot(&mut reader, text, &start)?);
+            }
+            Event::Empty(start) if start.name().as_ref() == b"robot" => {
+                document = Some(Document { opening: "<robot>".to_owned(), elements: Vec::new() });
+            }
+            Event::Start(start) | Event::Empty(start) => {
+                return Err(ModelError::NotARobot { found: local_name(&start) });
+            }
+            Event::Eof => return document.ok_or(ModelError::NotARobot { found: String::new() }),
+            _ => {}
+        }
+    }
+}
+
+/// Everything up to `</robot>`.
+fn robot<'a>(reader: &mut Reader<&'a [u8]>, text: &'a str, start: &BytesStart) -> Result<Document, ModelError> {
+    let opening = format!("<{}>", String::from_utf8_lossy(start));
+    let mut elements = Vec::new();
+    loop {
+        let begin = position(reader);
+        match next(reader)? {
+            Event::Start(start) => match start.name().as_ref() {
+                b"link" => elements.push(link(reader, text, begin, &start)?),
+                b"joint" => elements.push(joint(reader, text, begin, &start)?),
+                _ => skip(reader, &start)?,
+            },
+            Event::Empty(start) => {
+                let item = match start.name().as_ref() {
+                    b"link" => Item::Link(name(&start)),
+                    b"joint" => Item::Joint(name(&start)),
+                    _ => {
+                        refuse_macro(&start)?;
+                        continue;
+                    }
+                };
+                elements.push(Element { item, text: text[begin..position(reader)].to_owned(), has_limit: false });
+            }
+            Event::End(_) => return Ok(Document { opening, elements }),
+            Event::Eof => return Err(unclosed(reader, "robot")),
+            _ => {}
+        }
+    }
+}
+
+/// A link with nothing but its `<inertial>`.
+fn link<'a>(
+    reader: &mut Reader<&'a [u8]>,
+    text: &'a str,
+    begin: usize,
+    start: &BytesStart,
+) -> Result<Element, ModelError> {
+    let mut kept = text[begin..position(reader)].to_owned();
+    loop {
+        let begin = position(reader);
+        match next(reader)? {
+            Event::Start(child) => {
+                skip(reader, &child)?;
+                if child.name().as_ref() == b"inertial" {
+                    kept.push_str(&text[begin..position(reader)]);
+                }
+            }
+            Event::Empty(child) if child.name().as_ref() == b"inertial" => {
+                kept.push_str(&text[begin..position(reader)]);
+            }
+            Event::Empty(child) => refuse_macro(&child)?,
+            Event::End(_) => {
+                kept.push_str("</link>");
+                return Ok(Element { item: Item::Link(name(start)), text: kept, has_limit: false });
+            }
+            Event::Eof => return Err(unclosed(reader, "link")),
+            _ => {}
+        }
+    }
+}
+
+/// A joint as it is.
+fn joint<'a>(
+    reader: &mut Reader<&'a [u8]>,
+    text: &'a str,
+    begin: usize,
+    start: &BytesStart,
+) -> Result<Element, ModelError> {
+    let mut has_limit = false;
+    loop {
+        match next(reader)? {
+            Event::Start(child) => {
+                has_limit |= child.name().as_ref() == b"limit";
+                skip(reader, &child)?;
+            }
+            Event::Empty(child) => {
+                has_limit |= child.name().as_ref() == b"limit";
+                refuse_macro(&child)?;
+            }
+            Event::End(_) => {
+                let text = text[begin..position(reader)].to_owned();
+                return Ok(Element { item: Item::Joint(name(start)), text, has_limit });
+            }
+            Event::Eof => return Err(unclosed(reader, "joint")),
+            _ => {}
+        }
+    }
+}
+
+fn next<'a>(reader: &mut Reader<&'a [u8]>) -> Result<Event<'a>, ModelError> {
+    reader.read_event().map_err(|source| ModelError::Xml { byte: reader.error_position(), source })
+}
+
+fn skip(reader: &mut Reader<&[u8]>, start: &BytesStart) -> Result<(), ModelError> {
+    refuse_macro(start)?;
+    reader
+        .read_to_end(start.name())
+        .map(drop)
+        .map_err(|source| ModelError::Xml { byte: reader.error_position(), source })
+}
+
+fn refuse_macro(start: &BytesStart) -> Result<(), ModelError> {
+    if start.name().as_ref().starts_with(b"xacro:") {
+        return Err(ModelError::Macro { element: local_name(start) });
+    }
+    Ok(())
+}
+
+fn unclosed(reader: &Reader<&[u8]>, element: &str) -> ModelError {
+    let source = quick_xml::errors::IllFormedError::MissingEndTag(element.to_owned()).into();
+    ModelError::Xml { byte: reader.buffer_position(), source }
+}
+
+fn position(reader: &Reader<&[u8]>) -> usize {
+    usize::try_from(reader.buffer_position()).expect("the text is in memory, so its length is a usize")
+}
+
+fn local_name(start: &BytesStart) -> String {
+    String::from_utf8_lossy(start.name().as_ref()).into_owned()
+}
+
+/// The `name` attribute; `urdf-rs` complains where it is missing.
+fn name(start: &BytesStart) -> String {
+    match start.try_get_attribute("name") {
+        Ok(Some(attribute)) => String::from_utf8_lossy(&attribute.value).into_owned(),
+        _ => String::new(),
+    }
+}

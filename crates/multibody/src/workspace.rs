@@ -1,0 +1,92 @@
+//! All memory of the algorithms.
+
+use crate::rigid::RigidInertia;
+use crate::{FrameIndex, Model};
+use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench};
+
+/// Motion of one body, world axes, about the origin O of the base.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyMotion {
+    /// Rotation and position of the body's frame, measured from O.
+    pub placement: Transform,
+    /// Twist of the body per unit of joint rate.
+    pub s: Twist,
+    /// Twist.
+    pub v: Twist,
+    /// Spatial acceleration (of the algorithm that wrote it last; most include the fictitious `-gravity`).
+    pub a: Twist,
+}
+
+/// What the articulated-body algorithm keeps per body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Articulated {
+    pub inertia: Mat6,
+    pub force: Vec6,
+    /// Inertia times joint axis.
+    pub u: Vec6,
+    /// Apparent inertia at the joint.
+    pub d: f64,
+    /// Joint force left over.
+    pub rest: f64,
+    /// Velocity-product acceleration.
+    pub c: Vec6,
+}
+
+/// All memory of the algorithms, made once per model. Each algorithm leaves the kinematics of its arguments here.
+#[derive(Debug, Clone)]
+pub struct Workspace {
+    /// `p_WO`.
+    pub(crate) origin: Vec3,
+    pub(crate) motion: Vec<BodyMotion>,
+    pub(crate) force: Vec<Wrench>,
+    pub(crate) inertia: Vec<RigidInertia>,
+    /// Composite inertia times joint axis.
+    pub(crate) axis_force: Vec<Wrench>,
+    pub(crate) articulated: Vec<Articulated>,
+}
+
+impl Workspace {
+    /// Memory for a model's algorithms; frames may be added to the model afterwards.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let n = model.bodies.len();
+        let rest =
+            BodyMotion { placement: Transform::identity(), s: Twist::zero(), v: Twist::zero(), a: Twist::zero() };
+        let articulated = Articulated {
+            inertia: Mat6::zeros(),
+            force: Vec6::zeros(),
+            u: Vec6::zeros(),
+            d: 0.0,
+            rest: 0.0,
+            c: Vec6::zeros(),
+        };
+        Self {
+            origin: Vec3::zeros(),
+            motion: vec![rest; n],
+            force: vec![Wrench::zero(); n],
+            inertia: vec![RigidInertia::ZERO; n],
+            axis_force: vec![Wrench::zero(); n],
+            articulated: vec![articulated; n],
+        }
+    }
+
+    /// `X_WF` of a frame in the configuration that an algorithm was given last.
+    #[must_use]
+    pub fn placement(&self, model: &Model, frame: FrameIndex) -> Transform {
+        let frame = &model.frames()[frame.0];
+        let placed = self.motion[frame.body].placement * frame.placement;
+        Transform::new(placed.rotation, self.origin + placed.translation)
+    }
+
+    /// Velocity of a frame's origin and its angular velocity, world axes, at the velocity that an algorithm was given last.
+    #[must_use]
+    pub fn velocity(&self, model: &Model, frame: FrameIndex) -> Twist {
+        self.motion[model.frames()[frame.0].body].v.at(&self.from_origin(model, frame))
+    }
+
+    /// Position of a frame's origin from O, world axes.
+    pub(crate) fn from_origin(&self, model: &Model, frame: FrameIndex) -> Vec3 {
+        let frame = &model.frames()[frame.0];
+        self.motion[frame.body].placement.point(&frame.placement.translation)
+    }
+}

@@ -1,0 +1,98 @@
+//! Random trees and random states, from a seed.
+
+use multibody::{Configuration, Model, ModelOptions};
+use nalgebra::DVector;
+use spatial::{Transform, Vec3, so3};
+use std::fmt::Write;
+
+/// SplitMix64: small, and the same on every machine.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in -1 .. 1.
+    pub fn symmetric(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    pub fn vector(&mut self, scale: f64) -> Vec3 {
+        Vec3::new(self.symmetric(), self.symmetric(), self.symmetric()) * scale
+    }
+
+    pub fn list(&mut self, n: usize, scale: f64) -> DVector<f64> {
+        DVector::from_fn(n, |_, _| scale * self.symmetric())
+    }
+}
+
+fn triple(v: &Vec3) -> String {
+    format!("{} {} {}", v.x, v.y, v.z)
+}
+
+/// A tree of `n` links after the root: every joint type, arbitrary axes, a third of the joints fixed.
+pub fn urdf(seed: u64, n: usize) -> String {
+    let mut random = Random(seed);
+    let mut text = format!("<robot name=\"random_{seed}\">\n");
+    for i in 0..=n {
+        let edges = random.vector(0.2).abs().add_scalar(0.05);
+        let mass = 0.2 + random.symmetric().abs() * 3.0;
+        let i_box = spatial::Inertia::uniform_box(mass, Vec3::zeros(), edges).about_com;
+        write!(
+            text,
+            "<link name=\"l{i}\"><inertial><origin xyz=\"{}\" rpy=\"{}\"/><mass value=\"{mass}\"/>\
+             <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\n",
+            triple(&random.vector(0.2)),
+            triple(&random.vector(3.0)),
+            i_box[(0, 0)],
+            i_box[(1, 1)],
+            i_box[(2, 2)],
+        )
+        .unwrap();
+    }
+    for i in 1..=n {
+        let parent = if random.below(3) == 0 { random.below(i) } else { i - 1 };
+        let kind = ["revolute", "continuous", "prismatic", "revolute", "fixed", "revolute"][random.below(6)];
+        let axis = match random.below(5) {
+            0 => Vec3::x(),
+            1 => -Vec3::y(),
+            2 => Vec3::z(),
+            _ => random.vector(1.0),
+        };
+        write!(
+            text,
+            "<joint name=\"j{i}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{i}\"/>\
+             <origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"{}\"/>\
+             <limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"5\"/></joint>\n",
+            triple(&random.vector(0.4)),
+            triple(&random.vector(3.0)),
+            triple(&axis),
+        )
+        .unwrap();
+    }
+    text.push_str("</robot>\n");
+    text
+}
+
+/// A model and, per call, states far outside its limits.
+pub fn model(seed: u64, options: &ModelOptions) -> Model {
+    let mut model = Model::from_urdf(&urdf(seed, 24), options).expect("the generator writes valid robots");
+    for i in 0..model.joint_count() {
+        model.set_rotor_inertia(multibody::JointIndex(i), 0.01 * (i % 3) as f64);
+    }
+    model
+}
+
+pub fn configuration(model: &Model, random: &mut Random) -> Configuration {
+    let rotation = so3::exp(&(random.vector(1.0).normalize() * std::f64::consts::PI * random.symmetric()));
+    Configuration { base: Transform::new(rotation, random.vector(2.0)), joints: random.list(model.joint_count(), 4.0) }
+}
