@@ -26,6 +26,8 @@ pub struct Row {
     pub rate_hz: u32,
     /// How many past messages the publisher keeps for those who come later.
     pub kept: u32,
+    /// Whether publishing wakes those who wait for the topic; otherwise they look when they come by.
+    pub wakes: bool,
     /// Who publishes.
     pub from: Process,
     /// Who needs it to work. The recorder takes everything, the launcher reads health and truth.
@@ -33,8 +35,16 @@ pub struct Row {
 }
 
 impl<T> Topic<T> {
-    const fn new(name: &'static str, rate_hz: u32, kept: u32, from: Process, to: &'static [Process]) -> Self {
-        Self { row: Row { name, rate_hz, kept, from, to }, message: PhantomData }
+    const fn once(name: &'static str, from: Process, to: &'static [Process]) -> Self {
+        Self { row: Row { name, rate_hz: 0, kept: 1, wakes: true, from, to }, message: PhantomData }
+    }
+
+    const fn control(name: &'static str, from: Process, to: &'static [Process]) -> Self {
+        Self { row: Row { name, rate_hz: 200, kept: 0, wakes: true, from, to }, message: PhantomData }
+    }
+
+    const fn observed(name: &'static str, kept: u32, from: Process, to: &'static [Process]) -> Self {
+        Self { row: Row { name, rate_hz: 200, kept, wakes: false, from, to }, message: PhantomData }
     }
 
     /// Name of the topic.
@@ -54,19 +64,19 @@ use Process::{Controller, Estimator, Launcher, Planner, Recorder, Simulator};
 
 /// The walking pattern: a slice of [`PatternPhase`] with a [`PatternHeader`].
 pub const WALK_PATTERN: Topic<PatternHeader> =
-    Topic::new("walk/pattern", 0, 1, Planner, &[Estimator, Controller, Simulator]);
+    Topic::once("walk/pattern", Planner, &[Estimator, Controller, Simulator]);
 /// Time zero of the walk.
-pub const WALK_START: Topic<WalkStart> = Topic::new("walk/start", 0, 1, Controller, &[Estimator, Simulator]);
+pub const WALK_START: Topic<WalkStart> = Topic::once("walk/start", Controller, &[Estimator, Simulator]);
 /// Sensors.
-pub const ROBOT_STATE: Topic<RobotState> = Topic::new("robot/state", 200, 0, Simulator, &[Estimator, Controller]);
+pub const ROBOT_STATE: Topic<RobotState> = Topic::control("robot/state", Simulator, &[Estimator, Controller]);
 /// Deformation of the soles.
-pub const SOLE_DEFORMATION: Topic<SoleDeformation> = Topic::new("sole/deformation", 200, 0, Estimator, &[Controller]);
+pub const SOLE_DEFORMATION: Topic<SoleDeformation> = Topic::control("sole/deformation", Estimator, &[Controller]);
 /// Contact node by node.
-pub const SOLE_CONTACT: Topic<SoleContact> = Topic::new("sole/contact", 200, 0, Estimator, &[]);
+pub const SOLE_CONTACT: Topic<SoleContact> = Topic::observed("sole/contact", 0, Estimator, &[]);
 /// Joint references and plan.
-pub const ROBOT_COMMAND: Topic<RobotCommand> = Topic::new("robot/command", 200, 0, Controller, &[Simulator]);
+pub const ROBOT_COMMAND: Topic<RobotCommand> = Topic::control("robot/command", Controller, &[Simulator]);
 /// What the simulator really did.
-pub const TRUTH_ROBOT: Topic<Truth> = Topic::new("truth/robot", 200, 0, Simulator, &[]);
+pub const TRUTH_ROBOT: Topic<Truth> = Topic::observed("truth/robot", 0, Simulator, &[]);
 
 /// Health of a process.
 pub const fn health(process: Process) -> Topic<Health> {
@@ -78,7 +88,7 @@ pub const fn health(process: Process) -> Topic<Health> {
         Recorder => ("health/recorder", &[Simulator]),
         Launcher => ("health/launcher", &[]),
     };
-    Topic::new(name, 200, 1, process, to)
+    Topic::observed(name, 1, process, to)
 }
 
 /// All rows.

@@ -53,9 +53,8 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
 
 #[test]
 fn bytes_of_a_message_are_those_stored() {
-    let mut state = RobotState::default();
-    state.header = Header { sequence: 1, tick: -2, robot_fingerprint: 0x0102_0304_0506_0708, clock_monotonic_ns: 3 };
-    state.joint_count = 20;
+    let header = Header { sequence: 1, tick: -2, robot_fingerprint: 0x0102_0304_0506_0708, clock_monotonic_ns: 3 };
+    let mut state = RobotState { header, joint_count: 20, ..RobotState::default() };
     state.joint_position_rad[0] = 1.0;
     let mut bytes = Vec::new();
     state.write_bytes(&mut bytes);
@@ -119,6 +118,18 @@ fn the_visitor_meets_each_row_of_the_table_once_and_in_order() {
     let mut collect = Collect(Vec::new());
     let Ok(()) = topic::visit(&mut collect);
     assert_eq!(collect.0, topic::ROWS);
+}
+
+#[test]
+fn the_hash_of_a_pattern_sees_each_field_but_not_when_it_was_sent() {
+    let header = PatternHeader { mass_kg: 39.0, phase_count: 2, ..PatternHeader::default() };
+    let phases = [PatternPhase::default(), PatternPhase { codes: [3; 16], ..PatternPhase::default() }];
+    let hash = pattern_hash(&header, &phases);
+    let later = PatternHeader { header: Header::new(7, 8), pattern_hash: hash, ..header };
+    assert_eq!(pattern_hash(&later, &phases), hash);
+    assert_ne!(pattern_hash(&PatternHeader { mass_kg: 38.0, ..header }, &phases), hash);
+    assert_ne!(pattern_hash(&header, &phases[..1]), hash);
+    assert_ne!(pattern_hash(&header, &[phases[1], phases[0]]), hash);
 }
 
 #[test]

@@ -1,0 +1,206 @@
+//! A domain: everything of one system on one host, apart from all others.
+
+use crate::error::{DomainNameError, JoinError, PortError};
+use crate::pattern::{PatternPublisher, PatternSubscriber};
+use crate::publisher::Publisher;
+use crate::subscriber::{Robot, Subscriber};
+use iceoryx2::node::NodeView;
+use iceoryx2::prelude::*;
+use messages::code::Process;
+use messages::{Message, Topic};
+use std::fs::File;
+use std::path::{Path as FilePath, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Name of a domain: lower-case letters, digits and `-`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DomainName(String);
+
+impl std::str::FromStr for DomainName {
+    type Err = DomainNameError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+        if (1..=32).contains(&name.len()) && name.chars().all(allowed) {
+            Ok(Self(name.to_string()))
+        } else {
+            Err(DomainNameError { found: name.to_string() })
+        }
+    }
+}
+
+impl std::fmt::Display for DomainName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl DomainName {
+    /// Folder of all domains of this user.
+    pub(crate) fn user_folder() -> PathBuf {
+        PathBuf::from(format!("/tmp/soleus-{}", user_id()))
+    }
+
+    /// Folder of this domain's iceoryx2 files.
+    pub(crate) fn root(&self) -> PathBuf {
+        Self::user_folder().join(&self.0)
+    }
+
+    /// The file whose lock is the possession of the domain.
+    pub(crate) fn lock_path(&self) -> PathBuf {
+        Self::user_folder().join(format!("{}.lock", self.0))
+    }
+
+    /// The file that says the domain is complete, and whose possession it is.
+    pub(crate) fn ready_path(&self) -> PathBuf {
+        self.root().join("ready")
+    }
+
+    /// How the name of each piece of the domain's shared memory begins. No name may contain `_`, so no prefix is the beginning
+    /// of another.
+    pub fn prefix(&self) -> String {
+        format!("soleus_{}_{}_", user_id(), self.0)
+    }
+
+    /// Everything of this domain that is on this host now: files in its folder and in shared memory.
+    pub fn leftovers(&self) -> Vec<PathBuf> {
+        let prefix = self.prefix();
+        let in_folder = |folder: &FilePath| -> Vec<PathBuf> {
+            std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+        };
+        let mut found = in_folder(&self.root());
+        found.extend(
+            in_folder(FilePath::new("/dev/shm"))
+                .into_iter()
+                .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix))),
+        );
+        found
+    }
+
+    /// iceoryx2's configuration for this domain; `None` if the path is too long.
+    pub(crate) fn config(&self) -> Option<Config> {
+        // Nothing here may come from a file that happens to lie about: every value is iceoryx2's built-in default or ours.
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(self.prefix().as_bytes()).ok()?;
+        config.global.set_root_path(&Path::new(self.root().to_str()?.as_bytes()).ok()?);
+        Some(config)
+    }
+}
+
+/// The user's number, of which every user has a domain namespace of its own.
+fn user_id() -> u32 {
+    use std::os::unix::fs::MetadataExt;
+    // A process is always allowed to see itself; a system without /proc has no iceoryx2 either.
+    std::fs::metadata("/proc/self").map_or(0, |metadata| metadata.uid())
+}
+
+/// A process's membership in a domain.
+pub struct Domain {
+    name: DomainName,
+    /// What the owner wrote when the domain was complete: another text is another owner.
+    owner: String,
+    pub(crate) node: Node<ipc::Service>,
+}
+
+impl Domain {
+    /// Joins a domain as a process, waiting for its owner for a while.
+    ///
+    /// # Errors
+    /// [`JoinError::NoOwner`] after `patience`; others if shared memory does not work.
+    pub fn join(name: &DomainName, process: Process, patience: Duration) -> Result<Self, JoinError> {
+        set_log_level(LogLevel::Error);
+        let config = name.config().ok_or_else(|| JoinError::PathTooLong { path: name.root() })?;
+        let until = Instant::now() + patience;
+        let owner = loop {
+            if let Some(owner) = living_owner(name) {
+                break owner;
+            }
+            if Instant::now() >= until {
+                return Err(JoinError::NoOwner { domain: name.to_string(), waited: patience });
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        let node_name = NodeName::new(process.word()).expect("a process's word is a short name");
+        let node = NodeBuilder::new()
+            .name(&node_name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(|source| JoinError::Node { domain: name.to_string(), source })?;
+        Ok(Self { name: name.clone(), owner, node })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &DomainName {
+        &self.name
+    }
+
+    /// Whether the owner that was there when we joined still is. A few system calls: not for every tick.
+    pub fn owner_is_alive(&self) -> bool {
+        living_owner(&self.name).as_ref() == Some(&self.owner)
+    }
+
+    /// The processes of this domain that died without leaving. Reads files: not for every tick.
+    pub fn dead_processes(&self) -> Vec<Process> {
+        let mut dead = Vec::new();
+        // Failing to list only means that we learn of the death another way (a missed deadline).
+        let _ = Node::<ipc::Service>::list(self.node.config(), |state| {
+            if let NodeState::Dead(view) = state
+                && let Some(details) = view.details()
+            {
+                dead.extend(Process::ALL.iter().filter(|process| process.word() == details.name().as_str()));
+            }
+            CallbackProgression::Continue
+        });
+        dead
+    }
+
+    /// A publisher of a topic.
+    ///
+    /// # Errors
+    /// When the service cannot be opened, or others publish there already.
+    pub fn publisher<T: Message>(&self, topic: Topic<T>) -> Result<Publisher<T>, PortError> {
+        Publisher::new(&self.node, topic)
+    }
+
+    /// A subscriber to a topic that keeps up to `depth` messages until they are received.
+    ///
+    /// # Errors
+    /// When the service cannot be opened or has too many subscribers.
+    pub fn subscriber<T: Message>(
+        &self,
+        topic: Topic<T>,
+        robot: Robot,
+        depth: usize,
+    ) -> Result<Subscriber<T>, PortError> {
+        Subscriber::new(&self.node, topic, robot, depth)
+    }
+
+    /// The publisher of a walking pattern of at most `max_phases` phases.
+    ///
+    /// # Errors
+    /// As [`Domain::publisher`].
+    pub fn pattern_publisher(&self, max_phases: usize) -> Result<PatternPublisher, PortError> {
+        PatternPublisher::new(&self.node, max_phases)
+    }
+
+    /// A subscriber to the walking pattern with memory for `max_phases` phases.
+    ///
+    /// # Errors
+    /// As [`Domain::subscriber`].
+    pub fn pattern_subscriber(&self, robot: Robot, max_phases: usize) -> Result<PatternSubscriber, PortError> {
+        PatternSubscriber::new(&self.node, robot, max_phases)
+    }
+}
+
+/// What the living owner of a complete domain wrote into its ready file.
+fn living_owner(name: &DomainName) -> Option<String> {
+    let lock = File::open(name.lock_path()).ok()?;
+    // The owner holds the lock exclusively. Should we get it, nobody owns the domain, and closing the file gives it back.
+    match lock.try_lock_shared() {
+        Err(std::fs::TryLockError::WouldBlock) => {
+            std::fs::read_to_string(name.ready_path()).ok().filter(|text| !text.is_empty())
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,187 @@
+//! Subscribing to one topic.
+
+use crate::error::{PortError, ReceiveError};
+use crate::service;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::prelude::*;
+use messages::{Fault, Header, Message, Topic};
+use std::time::{Duration, Instant};
+
+/// How long [`Subscriber::wait`] looks again and again before it sleeps: about what being woken costs, so that waiting never
+/// costs more than twice the better choice.
+const SPIN: Duration = Duration::from_micros(40);
+/// How long it sleeps at most before it looks by itself, in case a wake-up got lost.
+pub(crate) const SLICE: Duration = Duration::from_millis(20);
+
+/// Whose messages are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Robot {
+    /// Of any robot: recorder, launcher.
+    Any,
+    /// Of the robot with this fingerprint only.
+    Only(u64),
+}
+
+/// What a subscriber has seen so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Messages taken.
+    pub taken: u64,
+    /// Messages that never arrived: gaps in the sequence numbers.
+    pub lost: u64,
+    /// Messages of other robots, not taken.
+    pub refused: u64,
+    /// How often a publisher began anew.
+    pub restarts: u64,
+}
+
+/// The checks of headers, apart from where they come from.
+#[derive(Debug)]
+pub(crate) struct Gate {
+    robot: Robot,
+    previous_sequence: Option<u64>,
+    pub(crate) counts: Counts,
+}
+
+impl Gate {
+    pub(crate) fn new(robot: Robot) -> Self {
+        Self { robot, previous_sequence: None, counts: Counts::default() }
+    }
+
+    /// Whether a message with this header may be taken; counts what it learns.
+    pub(crate) fn admits(&mut self, header: &Header) -> bool {
+        let ours = if let Robot::Only(fingerprint) = self.robot { fingerprint } else { header.robot_fingerprint };
+        let admitted = match header.check(ours, self.previous_sequence) {
+            Err(Fault::OtherRobot { .. }) => {
+                self.counts.refused += 1;
+                false
+            }
+            Err(Fault::Gap { expected, found }) if found > expected => {
+                self.counts.lost += found - expected;
+                true
+            }
+            Err(Fault::Gap { .. }) => {
+                self.counts.restarts += 1;
+                true
+            }
+            Ok(()) => true,
+        };
+        self.previous_sequence = Some(header.sequence);
+        self.counts.taken += u64::from(admitted);
+        admitted
+    }
+}
+
+/// A subscriber to a topic.
+pub struct Subscriber<T: Message> {
+    subscriber: iceoryx2::port::subscriber::Subscriber<ipc::Service, T, ()>,
+    listener: Option<Listener<ipc::Service>>,
+    topic: Topic<T>,
+    gate: Gate,
+}
+
+impl<T: Message> Subscriber<T> {
+    pub(crate) fn new(
+        node: &Node<ipc::Service>,
+        topic: Topic<T>,
+        robot: Robot,
+        depth: usize,
+    ) -> Result<Self, PortError> {
+        let name = topic.name();
+        let service = service::open(node, topic)?;
+        let create = || service.subscriber_builder().buffer_size(depth.clamp(1, service::MAX_DEPTH)).create();
+        let subscriber = create().or_else(|_| {
+            node.try_cleanup_dead_nodes();
+            create()
+        });
+        let subscriber = subscriber.map_err(|source| PortError::Subscriber { topic: name, source })?;
+        let listener = listener(node, topic)?;
+        Ok(Self { subscriber, listener, topic, gate: Gate::new(robot) })
+    }
+
+    /// The oldest message not yet received, if there is one. Does not wait.
+    ///
+    /// # Errors
+    /// When the subscriber is broken.
+    pub fn next(&mut self) -> Result<Option<T>, ReceiveError> {
+        let topic = self.topic.name();
+        while let Some(sample) = self.subscriber.receive().map_err(|source| ReceiveError::Receive { topic, source })? {
+            if self.gate.admits(sample.payload().header()) {
+                return Ok(Some(*sample));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The newest message, if any came since the last call; those before it are dropped. Does not wait.
+    ///
+    /// # Errors
+    /// When the subscriber is broken.
+    pub fn latest(&mut self) -> Result<Option<T>, ReceiveError> {
+        let mut latest = None;
+        while let Some(message) = self.next()? {
+            latest = Some(message);
+        }
+        Ok(latest)
+    }
+
+    /// Waits for the next message, at most for `patience`.
+    ///
+    /// # Errors
+    /// When the subscriber is broken.
+    pub fn wait(&mut self, patience: Duration) -> Result<Option<T>, ReceiveError> {
+        let start = Instant::now();
+        loop {
+            let spin_start = Instant::now();
+            loop {
+                if let Some(message) = self.next()? {
+                    return Ok(Some(message));
+                }
+                if spin_start.elapsed() > SPIN {
+                    break;
+                }
+                std::hint::spin_loop();
+            }
+            let Some(left) = patience.checked_sub(start.elapsed()) else { return Ok(None) };
+            sleep_until_woken(self.listener.as_ref(), left.min(SLICE), self.topic.name())?;
+        }
+    }
+
+    /// What it has seen so far.
+    pub fn counts(&self) -> Counts {
+        self.gate.counts
+    }
+}
+
+pub(crate) fn listener<T>(
+    node: &Node<ipc::Service>,
+    topic: Topic<T>,
+) -> Result<Option<Listener<ipc::Service>>, PortError> {
+    let topic_name = topic.name();
+    let Some(event) = service::open_event(node, &topic.row)? else { return Ok(None) };
+    let create = || event.listener_builder().create();
+    let listener = create().or_else(|_| {
+        node.try_cleanup_dead_nodes();
+        create()
+    });
+    listener.map(Some).map_err(|source| PortError::Listener { topic: topic_name, source })
+}
+
+/// Sleeps until a notification or `longest` has passed; topics without wake-ups are looked at every millisecond.
+pub(crate) fn sleep_until_woken(
+    listener: Option<&Listener<ipc::Service>>,
+    longest: Duration,
+    topic: &'static str,
+) -> Result<(), ReceiveError> {
+    match listener {
+        Some(listener) => match listener.timed_wait(|_| {}, longest) {
+            Ok(_) => Ok(()),
+            Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(_) => Err(ReceiveError::Wait { topic }),
+        },
+        None => {
+            std::thread::sleep(longest.min(Duration::from_millis(1)));
+            Ok(())
+        }
+    }
+}

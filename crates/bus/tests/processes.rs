@@ -1,0 +1,278 @@
+//! The bus between real processes: this test program starts itself again in other roles.
+
+use bus::{Domain, DomainName, JoinError, Owner, OwnerError, PublishError, Robot};
+use messages::code::Process;
+use messages::{Header, Health, PatternHeader, PatternPhase, RobotState, topic};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Far longer than anything here takes, even on a busy machine; only a hanging test meets it.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A domain of its own for each test.
+fn domain(test: &str) -> DomainName {
+    format!("bus-{test}-{}", std::process::id()).parse().expect("short and lower-case")
+}
+
+/// This program again, in another role; killed when dropped.
+struct Role(Child);
+
+impl Role {
+    fn start(role: &str, domain: &DomainName) -> Self {
+        let mut child = Command::new(std::env::current_exe().expect("a running program has a path"))
+            .args(["--exact", "another_process_in_its_role", "--nocapture"])
+            .env("BUS_TEST_ROLE", role)
+            .env("BUS_TEST_DOMAIN", domain.to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the test program can be started again");
+        // The test harness prints lines of its own before ours.
+        let mut lines = BufReader::new(child.stdout.as_mut().expect("piped"));
+        let mut line = String::new();
+        while !line.ends_with("in role\n") {
+            line.clear();
+            assert_ne!(lines.read_line(&mut line).expect("readable"), 0, "role {role} ended before it began");
+        }
+        Self(child)
+    }
+
+    fn kill(mut self) {
+        self.0.kill().expect("it is ours");
+        self.0.wait().expect("it is ours");
+    }
+
+    /// Lets it end by itself.
+    fn finish(mut self) {
+        drop(self.0.stdin.take());
+        assert!(self.0.wait().expect("it is ours").success());
+    }
+}
+
+impl Drop for Role {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Does nothing in a run of the tests; started by [`Role::start`] it plays its role until its standard input closes.
+#[test]
+fn another_process_in_its_role() {
+    let (Ok(role), Ok(name)) = (std::env::var("BUS_TEST_ROLE"), std::env::var("BUS_TEST_DOMAIN")) else { return };
+    let name: DomainName = name.parse().expect("the parent chose it");
+    let until_stdin_closes = || std::io::stdin().read_to_end(&mut Vec::new()).expect("readable");
+    let in_role = || {
+        let mut out = std::io::stdout();
+        out.write_all(b"in role\n").and_then(|()| out.flush()).expect("the parent listens");
+    };
+    match role.as_str() {
+        "owner" => {
+            let _owner = Owner::claim(&name).expect("nobody else owns it");
+            in_role();
+            until_stdin_closes();
+        }
+        "states at 1 kHz" => {
+            let domain = Domain::join(&name, Process::Simulator, PATIENCE).expect("there is an owner");
+            let mut publisher = domain.publisher(topic::ROBOT_STATE).expect("nobody else publishes");
+            in_role();
+            for tick in 0.. {
+                let state = RobotState { header: Header::new(tick, 7), joint_count: 3, ..RobotState::default() };
+                publisher.publish(&state).expect("there is memory");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+        "answers" => {
+            let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+            let mut states = domain.subscriber(topic::ROBOT_STATE, Robot::Only(7), 4).expect("room");
+            let mut answers = domain.publisher(topic::SOLE_DEFORMATION).expect("nobody else publishes");
+            in_role();
+            while let Some(state) = states.wait(PATIENCE).expect("receiving works") {
+                let mut answer = messages::SoleDeformation { header: state.header, ..Default::default() };
+                answer.walk_time_s = state.joint_position_rad[0] + 1.0;
+                answers.publish(&answer).expect("there is memory");
+            }
+        }
+        "pattern" => {
+            let domain = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
+            let mut publisher = domain.pattern_publisher(3).expect("nobody else publishes");
+            let header = PatternHeader { header: Header::new(0, 7), mass_kg: 39.0, ..PatternHeader::default() };
+            publisher.publish(&header, &[PatternPhase { codes: [5; 16], ..Default::default() }; 3]).expect("fits");
+            let mut health = domain.publisher(topic::health(Process::Planner)).expect("nobody else publishes");
+            health.publish(&Health { process: 1, ..Health::default() }).expect("there is memory");
+            in_role();
+            loop {
+                std::thread::sleep(Duration::from_millis(1));
+                publisher.serve_late_joiners().expect("serving works");
+                health.serve_late_joiners().expect("serving works");
+            }
+        }
+        _ => panic!("unknown role {role}"),
+    }
+}
+
+/// Waits for a condition.
+fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < PATIENCE, "in vain: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn question_and_answer_between_two_processes_lose_nothing_and_keep_their_order() {
+    let name = domain("answer");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Simulator, PATIENCE).expect("there is an owner");
+    let mut states = domain.publisher(topic::ROBOT_STATE).expect("nobody else publishes");
+    let mut answers = domain.subscriber(topic::SOLE_DEFORMATION, Robot::Only(7), 4).expect("room");
+    let role = Role::start("answers", &name);
+    let rounds = 500;
+    for tick in 0..rounds {
+        let mut state = RobotState { header: Header::new(tick, 7), ..RobotState::default() };
+        state.joint_position_rad[0] = 0.1 * tick as f64;
+        states.publish(&state).expect("there is memory");
+        let answer = answers.wait(PATIENCE).expect("receiving works").expect("an answer");
+        assert_eq!(answer.header.tick, tick);
+        assert_eq!(answer.walk_time_s.to_bits(), (0.1 * tick as f64 + 1.0).to_bits());
+    }
+    assert_eq!(answers.counts(), bus::Counts { taken: rounds as u64, ..Default::default() });
+    role.kill();
+}
+
+#[test]
+fn who_comes_late_gets_what_is_kept() {
+    let name = domain("late");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let _role = Role::start("pattern", &name);
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    let mut patterns = domain.pattern_subscriber(Robot::Only(7), 3).expect("room");
+    let pattern = patterns.wait(PATIENCE).expect("intact").expect("kept");
+    assert_eq!(pattern.phases, [PatternPhase { codes: [5; 16], ..Default::default() }; 3]);
+    assert_eq!((pattern.header.phase_count, pattern.header.mass_kg), (3, 39.0));
+    assert_eq!(pattern.header.pattern_hash, messages::pattern_hash(&pattern.header, &pattern.phases));
+    let mut health = domain.subscriber(topic::health(Process::Planner), Robot::Any, 1).expect("room");
+    assert_eq!(health.wait(PATIENCE).expect("receiving works").expect("kept").process, 1);
+}
+
+#[test]
+fn a_pattern_longer_than_there_is_memory_for_is_refused() {
+    let name = domain("long");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
+    let mut publisher = domain.pattern_publisher(3).expect("nobody else publishes");
+    let mut short = domain.pattern_subscriber(Robot::Any, 2).expect("room");
+    let phases = [PatternPhase::default(); 4];
+    let refused = publisher.publish(&PatternHeader::default(), &phases);
+    assert!(matches!(refused, Err(PublishError::PatternTooLong { found: 4, limit: 3 })));
+    publisher.publish(&PatternHeader::default(), &phases[..3]).expect("fits");
+    let refused = short.wait(PATIENCE);
+    assert!(matches!(refused, Err(bus::ReceiveError::PatternTooLong { found: 3, limit: 2 })), "{refused:?}");
+}
+
+#[test]
+fn a_killed_publisher_is_noticed_and_can_be_started_again() {
+    let name = domain("killed");
+    let owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    let mut states = domain.subscriber(topic::ROBOT_STATE, Robot::Only(7), 128).expect("room");
+    for round in 0..3 {
+        let role = Role::start("states at 1 kHz", &name);
+        let first = states.wait(PATIENCE).expect("receiving works").expect("a state");
+        assert_eq!(first.joint_count, 3);
+        assert_eq!(states.counts().restarts, round, "each publisher counts from zero");
+        role.kill();
+        eventually("the dead is seen", || domain.dead_processes() == [Process::Simulator]);
+        owner.reap_dead();
+        eventually("the dead is gone", || domain.dead_processes().is_empty());
+        while states.next().expect("receiving works").is_some() {}
+    }
+}
+
+#[test]
+fn a_killed_owner_is_noticed_and_the_next_one_wipes_what_it_left() {
+    let name = domain("heir");
+    let role = Role::start("owner", &name);
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    assert!(domain.owner_is_alive());
+    let Err(OwnerError::InUse { owner, .. }) = Owner::claim(&name) else { panic!("it has an owner") };
+    assert_eq!(owner, role.0.id().to_string());
+    role.kill();
+    assert!(!domain.owner_is_alive());
+    assert!(!name.leftovers().is_empty(), "a killed process cannot clean up");
+    let heir = Owner::claim(&name).expect("the lock went with the dead");
+    assert!(!domain.owner_is_alive(), "the heir is not the owner we knew");
+    let ours = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
+    ours.publisher(topic::WALK_START).expect("the new services work");
+    drop((ours, domain, heir));
+    assert_eq!(name.leftovers(), [] as [std::path::PathBuf; 0]);
+}
+
+#[test]
+fn an_owner_that_ends_leaves_nothing_even_while_others_were_there() {
+    let name = domain("end");
+    let role = Role::start("owner", &name);
+    let other = Role::start("pattern", &name);
+    assert!(!name.leftovers().is_empty());
+    role.finish();
+    other.kill();
+    assert_eq!(name.leftovers(), [] as [std::path::PathBuf; 0]);
+}
+
+#[test]
+fn without_an_owner_joining_fails_and_names_the_command() {
+    let name = domain("nobody");
+    let Err(error) = Domain::join(&name, Process::Estimator, Duration::from_millis(30)) else {
+        panic!("nobody owns it")
+    };
+    assert!(matches!(error, JoinError::NoOwner { .. }));
+    assert!(error.to_string().contains(&format!("soleus-launch serve --domain {name}")), "{error}");
+}
+
+#[test]
+fn two_domains_do_not_see_each_other() {
+    let names = [domain("one"), domain("two")];
+    let _owners = names.each_ref().map(|name| Owner::claim(name).expect("nobody else owns it"));
+    let domains =
+        names.each_ref().map(|name| Domain::join(name, Process::Simulator, PATIENCE).expect("it has an owner"));
+    let mut publishers = domains.each_ref().map(|domain| domain.publisher(topic::ROBOT_STATE).expect("room"));
+    let mut subscribers =
+        domains.each_ref().map(|domain| domain.subscriber(topic::ROBOT_STATE, Robot::Any, 8).expect("room"));
+    for (index, publisher) in publishers.iter_mut().enumerate() {
+        publisher.publish(&RobotState { header: Header::new(index as i64, 7), ..Default::default() }).expect("memory");
+    }
+    for (index, subscriber) in subscribers.iter_mut().enumerate() {
+        assert_eq!(subscriber.next().expect("receiving works").expect("its own").header.tick, index as i64);
+        assert_eq!(subscriber.next().expect("receiving works"), None);
+    }
+}
+
+#[test]
+fn lost_messages_and_those_of_other_robots_are_counted() {
+    let name = domain("counts");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Simulator, PATIENCE).expect("there is an owner");
+    let mut publisher = domain.publisher(topic::ROBOT_STATE).expect("nobody else publishes");
+    let mut subscriber = domain.subscriber(topic::ROBOT_STATE, Robot::Only(7), 2).expect("room");
+    let state = |tick| RobotState { header: Header::new(tick, 7), ..RobotState::default() };
+    publisher.publish(&state(0)).expect("memory");
+    assert!(subscriber.latest().expect("receiving works").is_some());
+    // Nobody takes these ten; the buffer keeps the last two.
+    for tick in 1..=10 {
+        publisher.publish(&state(tick)).expect("memory");
+    }
+    publisher.publish(&RobotState { header: Header::new(11, 8), ..RobotState::default() }).expect("memory");
+    assert_eq!(subscriber.next().expect("receiving works").expect("kept").header.tick, 10);
+    assert_eq!(subscriber.next().expect("receiving works"), None);
+    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 9, refused: 1, restarts: 0 });
+}
+
+#[test]
+fn names_that_would_leave_the_domain_are_refused() {
+    for name in ["", "a_b", "A", "../x", "a/b", "a b", &"x".repeat(33)] {
+        assert!(name.parse::<DomainName>().is_err(), "{name}");
+    }
+    assert!("hrp4-2".parse::<DomainName>().is_ok());
+}
