@@ -103,7 +103,7 @@ impl<T: Message> Subscriber<T> {
     ///
     /// # Errors
     /// When the subscriber is broken.
-    pub fn next(&mut self) -> Result<Option<T>, ReceiveError> {
+    pub fn try_next(&mut self) -> Result<Option<T>, ReceiveError> {
         let topic = self.topic.name();
         while let Some(sample) = self.subscriber.receive().map_err(|source| ReceiveError::Receive { topic, source })? {
             if self.gate.admits(sample.payload().header()) {
@@ -119,7 +119,7 @@ impl<T: Message> Subscriber<T> {
     /// When the subscriber is broken.
     pub fn latest(&mut self) -> Result<Option<T>, ReceiveError> {
         let mut latest = None;
-        while let Some(message) = self.next()? {
+        while let Some(message) = self.try_next()? {
             latest = Some(message);
         }
         Ok(latest)
@@ -134,7 +134,7 @@ impl<T: Message> Subscriber<T> {
         loop {
             let spin_start = Instant::now();
             loop {
-                if let Some(message) = self.next()? {
+                if let Some(message) = self.try_next()? {
                     return Ok(Some(message));
                 }
                 if spin_start.elapsed() > SPIN {
