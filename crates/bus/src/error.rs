@@ -231,12 +231,4 @@ pub enum ReceiveError {
         /// Largest number.
         limit: usize,
     },
-    /// The pattern's content does not have the hash it says.
-    #[error("the pattern that arrived is damaged: it says its hash is {stated:016x}, but it is {computed:016x}")]
-    PatternDamaged {
-        /// In its header.
-        stated: u64,
-        /// Of its content.
-        computed: u64,
-    },
 }

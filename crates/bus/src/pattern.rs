@@ -11,7 +11,7 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use messages::topic::WALK_PATTERN;
-use messages::{MAX_PHASES, PatternHeader, PatternPhase, pattern_hash};
+use messages::{MAX_PHASES, PatternHeader, PatternPhase};
 use std::time::{Duration, Instant};
 
 const TOPIC: &str = WALK_PATTERN.name();
@@ -47,11 +47,11 @@ impl PatternPublisher {
         Ok(Self { publisher, notifier, max_phases, sequence: 0 })
     }
 
-    /// Publishes a pattern; sequence number, number of phases and hash are set here. Returns the hash.
+    /// Publishes a pattern; sequence number and number of phases are set here.
     ///
     /// # Errors
     /// [`PublishError::PatternTooLong`] if it has more phases than announced when the publisher was made.
-    pub fn publish(&mut self, header: &PatternHeader, phases: &[PatternPhase]) -> Result<u64, PublishError> {
+    pub fn publish(&mut self, header: &PatternHeader, phases: &[PatternPhase]) -> Result<(), PublishError> {
         if phases.len() > self.max_phases {
             return Err(PublishError::PatternTooLong { found: phases.len(), limit: self.max_phases });
         }
@@ -61,13 +61,12 @@ impl PatternPublisher {
             .map_err(|source| PublishError::Loan { topic: TOPIC, source })?;
         let mut header = PatternHeader { phase_count: phases.len() as u32, ..*header };
         header.header.sequence = self.sequence;
-        header.pattern_hash = pattern_hash(&header, phases);
         *sample.user_header_mut() = header;
         let sample = sample.write_from_slice(phases);
         sample.send().map_err(|source| PublishError::Send { topic: TOPIC, source })?;
         self.sequence += 1;
         wake(&self.notifier);
-        Ok(header.pattern_hash)
+        Ok(())
     }
 
     /// Gives the pattern to those who subscribed since the last call, and wakes them.
@@ -105,7 +104,7 @@ impl PatternSubscriber {
     /// The newest pattern, if one came since the last call. Does not wait.
     ///
     /// # Errors
-    /// [`ReceiveError::PatternTooLong`] and [`ReceiveError::PatternDamaged`] if it must not be walked.
+    /// [`ReceiveError::PatternTooLong`] if there is no memory for it. Whether its content is whole, `messages::read_pattern` says.
     pub fn latest(&mut self) -> Result<Option<Pattern>, ReceiveError> {
         let mut latest = None;
         let failed = |source| ReceiveError::Receive { topic: TOPIC, source };
@@ -117,10 +116,6 @@ impl PatternSubscriber {
             let phases = sample.payload();
             if phases.len() > self.max_phases {
                 return Err(ReceiveError::PatternTooLong { found: phases.len(), limit: self.max_phases });
-            }
-            let computed = pattern_hash(&header, phases);
-            if computed != header.pattern_hash || phases.len() != header.phase_count as usize {
-                return Err(ReceiveError::PatternDamaged { stated: header.pattern_hash, computed });
             }
             latest = Some(Pattern { header, phases: phases.to_vec() });
         }

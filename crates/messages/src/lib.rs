@@ -40,11 +40,7 @@ pub use robot::{Plan, PlanFoot, RobotCommand, RobotState};
 pub use sole::{ContactNodes, FootDeformation, SoleContact, SoleDeformation};
 pub use topic::Topic;
 pub use truth::Truth;
-<<<<<<< HEAD
 pub use walk::{PatternFoot, PatternHeader, PatternPhase, WalkStart};
-=======
-pub use walk::{PatternHeader, PatternPhase, WalkStart, pattern_hash};
->>>>>>> bab7e29 (Bus: domains, one owner of all services, checked subscribers, kept messages)
 
 /// Most joints a robot may have.
 pub const MAX_JOINTS: usize = 40;

@@ -1,7 +1,6 @@
 //! The walking pattern and its start.
 
 use crate::Header;
-use crate::Plain;
 use crate::plain::plain_struct;
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -102,21 +101,4 @@ plain_struct! {
         /// Walk time = (tick - tick_zero) x control period; before it the pattern is held at its start.
         tick_zero: i64,
     }
-}
-
-/// Hash (FNV-1a, 64 bits) of a pattern: of all fields of its header but [`Header`] and the hash itself, and of all phases.
-pub fn pattern_hash(header: &PatternHeader, phases: &[PatternPhase]) -> u64 {
-    let fnv = |hash: u64, bytes: &[u8]| {
-        bytes.iter().fold(hash, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3))
-    };
-    let anonymous = PatternHeader { header: Header::ZERO, pattern_hash: 0, ..*header };
-    let mut bytes = Vec::with_capacity(size_of::<PatternPhase>());
-    anonymous.write_bytes(&mut bytes);
-    let mut hash = fnv(0xcbf2_9ce4_8422_2325, &bytes);
-    for phase in phases {
-        bytes.clear();
-        phase.write_bytes(&mut bytes);
-        hash = fnv(hash, &bytes);
-    }
-    hash
 }

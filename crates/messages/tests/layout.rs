@@ -121,18 +121,6 @@ fn the_visitor_meets_each_row_of_the_table_once_and_in_order() {
 }
 
 #[test]
-fn the_hash_of_a_pattern_sees_each_field_but_not_when_it_was_sent() {
-    let header = PatternHeader { mass_kg: 39.0, phase_count: 2, ..PatternHeader::default() };
-    let phases = [PatternPhase::default(), PatternPhase { codes: [3; 16], ..PatternPhase::default() }];
-    let hash = pattern_hash(&header, &phases);
-    let later = PatternHeader { header: Header::new(7, 8), pattern_hash: hash, ..header };
-    assert_eq!(pattern_hash(&later, &phases), hash);
-    assert_ne!(pattern_hash(&PatternHeader { mass_kg: 38.0, ..header }, &phases), hash);
-    assert_ne!(pattern_hash(&header, &phases[..1]), hash);
-    assert_ne!(pattern_hash(&header, &[phases[1], phases[0]]), hash);
-}
-
-#[test]
 fn one_number_that_is_not_finite_is_found() {
     let mut deformation = SoleDeformation::default();
     assert!(deformation.all_finite());
