@@ -1,0 +1,738 @@
+//! Dual active-set method in the space where the Hessian is the identity.
+//!
+//! With `P = L Lᵀ` and `y = Lᵀ x` the objective is ½‖y - y₀‖², `y₀ = -L⁻¹ c`, and a row `a x` becomes `d y` with `d = L⁻¹ a`:
+//! the solution is the point of a polyhedron nearest to y₀. The method keeps a set of rows that hold with equality and
+//! whose multipliers have the right sign, so that its point is optimal for those rows (Goldfarb and Idnani call it an
+//! S-pair); it takes up violated rows one at a time until none is left. The gradients of the held rows are kept as a thin
+//! QR factorisation D = Q R, in which a row comes or goes with `O(n q)` operations.
+//!
+//! | step | formula |
+//! |---|---|
+//! | direction in y | `z = d - Q Qᵀ d` |
+//! | direction in the multipliers | `r = R⁻¹ Qᵀ d` |
+//! | full step, the row then holds | `t = violation / ‖z‖²` |
+//! | partial step, a multiplier reaches zero first | `t = min uₖ / rₖ`; that row leaves |
+//! | z = 0 and nothing leaves | the row contradicts the held ones with weights r: infeasible |
+//!
+//! **Warm start.** Rows held by the last solution are taken up at once, without the search; those whose multipliers come out
+//! with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad.
+//!
+//! **Degeneracy.** The objective rises with every full step, so no set of rows can return, except by rounding. Sets are
+//! therefore remembered as hashes; when one returns, the tolerance is raised tenfold, and the status says so.
+//!
+//! **Accuracy.** When no row is violated, the residuals are computed from the data, and the point and its multipliers are
+//! improved with the factors at hand (iterative refinement) as long as that helps.
+
+use super::basis::Basis;
+use super::cholesky::Cholesky;
+use super::kernels::{axpy, combine, dot, project};
+use super::{Active, Outcome, Problem, Side, Size, Solver};
+use crate::{Conflict, Residuals, Row, Status};
+
+/// Limits of [`ActiveSet`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActiveSetSettings {
+    /// Violation of a row that is accepted beyond rounding, in the unit of the row. Useful: 1e-12 to 1e-8.
+    pub feasibility_tolerance: f64,
+    /// Changes of the active set after which the solver gives up.
+    pub iterations_max: usize,
+}
+
+impl Default for ActiveSetSettings {
+    fn default() -> Self {
+        Self { feasibility_tolerance: 1e-11, iterations_max: 1000 }
+    }
+}
+
+/// Below this part of its length a remainder `z` is checked against the data before it is believed: half of the digits of
+/// ‖z‖² are then lost in the worst case.
+const SUSPICIOUS_FRACTION: f64 = 1e-6;
+/// Multiple of the unit roundoff times |a||x| below which the sign of a row's violation means nothing.
+const ROUNDOFFS: f64 = 32.0;
+/// Rows with a smaller share in a vanishing combination are rounding, not part of the conflict.
+const CONFLICT_SHARE: f64 = 1e-9;
+/// Most corrections per solve.
+const REFINEMENTS_MAX: usize = 3;
+/// Stationarity, relative to its largest term, that needs no correction.
+const STATIONARITY_GOAL: f64 = 1e-13;
+/// Active sets remembered to notice one that returns.
+const HISTORY: usize = 64;
+/// The tolerance is raised at most this far when sets return.
+const LOOSENING_MAX: f64 = 1e6;
+
+/// A row that is held, in the order of the columns of the basis.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    row: usize,
+    /// +1 at the lower side, -1 at the upper side, 0 for an equality, whose multiplier may have any sign.
+    sign: f64,
+}
+
+/// The solver: see the module's documentation. Allocates when made, never when solving.
+#[derive(Debug, Clone)]
+pub struct ActiveSet {
+    size: Size,
+    settings: ActiveSetSettings,
+    cholesky: Cholesky,
+    basis: Basis,
+    held: Vec<Held>,
+    /// Multipliers of the held rows: `y - y₀ = D u`.
+    u: Vec<f64>,
+    is_held: Vec<bool>,
+    /// Equalities that depend on the others: taken up only if violated.
+    postponed: Vec<usize>,
+    guess: Vec<Held>,
+    /// ‖a‖ per row of A and C; bounds have 1.
+    norms: Vec<f64>,
+    /// a x per row of A and C.
+    values: Vec<f64>,
+    y0: Vec<f64>,
+    y: Vec<f64>,
+    x: Vec<f64>,
+    d: Vec<f64>,
+    z: Vec<f64>,
+    h: Vec<f64>,
+    r: Vec<f64>,
+    w: Vec<f64>,
+    gradient: Vec<f64>,
+    history: [u64; HISTORY],
+    loosening: f64,
+    iterations: usize,
+    outcome: Outcome,
+}
+
+/// A row found violated.
+#[derive(Debug, Clone, Copy)]
+struct Violated {
+    row: usize,
+    sign: f64,
+}
+
+/// How taking up a row ended.
+enum Taken {
+    Held,
+    Contradiction,
+    OutOfIterations,
+}
+
+impl ActiveSet {
+    /// Memory for programs of one size.
+    #[must_use]
+    pub fn new(size: Size, settings: ActiveSetSettings) -> Self {
+        let n = size.variables;
+        let rows = size.equalities + size.inequalities;
+        let vector = || vec![0.0; n];
+        Self {
+            size,
+            settings,
+            cholesky: Cholesky::new(n),
+            basis: Basis::new(n),
+            held: Vec::with_capacity(n),
+            u: vector(),
+            is_held: vec![false; rows + n],
+            postponed: Vec::with_capacity(size.equalities),
+            guess: Vec::with_capacity(n),
+            norms: vec![1.0; rows + n],
+            values: vec![0.0; rows],
+            y0: vector(),
+            y: vector(),
+            x: vector(),
+            d: vector(),
+            z: vector(),
+            h: vector(),
+            r: vector(),
+            w: vector(),
+            gradient: vector(),
+            history: [0; HISTORY],
+            loosening: 1.0,
+            iterations: 0,
+            outcome: Outcome::new(size),
+        }
+    }
+
+    /// The limits it was made with.
+    #[must_use]
+    pub fn settings(&self) -> &ActiveSetSettings {
+        &self.settings
+    }
+
+    /// Replaces the guess for the next solve, for example by what a program of another size held. Equalities and rows that
+    /// do not exist are passed over; any guess is safe.
+    pub fn guess(&mut self, active: impl IntoIterator<Item = Active>) {
+        self.guess.clear();
+        for Active { row, side } in active {
+            let row = match row {
+                Row::Inequality(i) if i < self.size.inequalities => self.size.equalities + i,
+                Row::Bound(i) if i < self.size.variables => self.size.equalities + self.size.inequalities + i,
+                _ => continue,
+            };
+            let sign = match side {
+                Side::Lower => 1.0,
+                Side::Upper => -1.0,
+                Side::Both => continue,
+            };
+            if self.guess.len() < self.guess.capacity() {
+                self.guess.push(Held { row, sign });
+            }
+        }
+    }
+
+    fn solve_into_outcome(&mut self, problem: &Problem) -> Status {
+        assert_eq!(problem.size(), self.size, "the program must have the size the solver was made for");
+        if let Err(status) = self.prepare(problem) {
+            return status;
+        }
+        self.take_up_equalities_and_guess(problem);
+        self.settle(problem);
+        let mut refinements = 0;
+        let mut best_defect = f64::INFINITY;
+        loop {
+            self.locate(problem, refinements == 0);
+            if let Some(violated) = self.most_violated(problem) {
+                if self.iterations >= self.settings.iterations_max {
+                    self.judge(problem);
+                    return Status::IterationLimit;
+                }
+                match self.take_up(problem, violated) {
+                    Taken::Held => {}
+                    Taken::Contradiction => {
+                        self.judge(problem);
+                        return Status::Infeasible;
+                    }
+                    Taken::OutOfIterations => {
+                        self.judge(problem);
+                        return Status::IterationLimit;
+                    }
+                }
+                refinements = 0;
+                best_defect = f64::INFINITY;
+                self.notice_return();
+                continue;
+            }
+            let defect = self.judge(problem);
+            if !defect.is_finite() {
+                return Status::NumericalFailure;
+            }
+            if defect <= 1.0 || refinements == REFINEMENTS_MAX || defect > 0.5 * best_defect {
+                return if self.loosening > 1.0 { Status::SolvedInaccurately } else { Status::Solved };
+            }
+            best_defect = defect;
+            self.refine(problem);
+            refinements += 1;
+        }
+    }
+
+    /// Factorises P, measures the rows, finds sides that exclude each other, and places y₀.
+    fn prepare(&mut self, problem: &Problem) -> Result<(), Status> {
+        let Size { variables: n, equalities: e, inequalities: m } = self.size;
+        self.held.clear();
+        self.basis.clear();
+        self.postponed.clear();
+        self.is_held.fill(false);
+        self.history.fill(0);
+        self.loosening = 1.0;
+        self.iterations = 0;
+        self.cholesky
+            .factorise(&problem.P)
+            .map_err(|stop| if stop.pivot.is_nan() { Status::NumericalFailure } else { Status::Unbounded })?;
+        let (equalities, inequalities) = self.norms[..e + m].split_at_mut(e);
+        lengths_of_rows(problem.A.as_slice(), n, equalities);
+        lengths_of_rows(problem.C.as_slice(), n, inequalities);
+        if !self.norms.iter().all(|x| x.is_finite()) {
+            return Err(Status::NumericalFailure);
+        }
+        for row in e..e + m + n {
+            let (lower, upper) = self.sides(problem, row);
+            if lower <= upper {
+                continue;
+            }
+            if lower.is_nan() || upper.is_nan() {
+                return Err(Status::NumericalFailure);
+            }
+            let row = name(self.size, row);
+            let contradiction = &mut self.outcome.contradiction;
+            contradiction.rows.push(Conflict { row, weight: -1.0 });
+            contradiction.rows.push(Conflict { row, weight: 1.0 });
+            contradiction.unmet = Some(row);
+            contradiction.amount = lower - upper;
+            return Err(Status::Infeasible);
+        }
+        for (y, c) in self.y0.iter_mut().zip(problem.c.iter()) {
+            *y = -c;
+        }
+        self.cholesky.solve_lower(&mut self.y0);
+        Ok(())
+    }
+
+    fn take_up_equalities_and_guess(&mut self, problem: &Problem) {
+        for row in 0..self.size.equalities {
+            if !self.append(problem, Held { row, sign: 0.0 }) {
+                self.postponed.push(row);
+            }
+        }
+        for k in 0..self.guess.len() {
+            let held = self.guess[k];
+            // A side without a limit, or a row named twice, is a wrong guess.
+            if self.limit(problem, held).is_finite() && !self.is_held[held.row] {
+                self.append(problem, held);
+            }
+        }
+    }
+
+    /// Appends a row to the basis unless it depends on the rows there, to half of the digits.
+    fn append(&mut self, problem: &Problem, held: Held) -> bool {
+        if self.held.len() == self.size.variables {
+            return false;
+        }
+        self.gather(problem, held.row);
+        self.cholesky.solve_lower(&mut self.d);
+        self.z.copy_from_slice(&self.d);
+        let norm = self.basis.split(&mut self.z, &mut self.h);
+        // Negated comparison: a remainder that is not a number must not enter.
+        if !(norm > SUSPICIOUS_FRACTION * dot(&self.d, &self.d).sqrt()) {
+            return false;
+        }
+        self.basis.push(&self.z, norm, &self.h);
+        self.held.push(held);
+        self.is_held[held.row] = true;
+        true
+    }
+
+    /// Point and multipliers for the rows taken up, after leaving out those whose multipliers have the wrong sign.
+    fn settle(&mut self, problem: &Problem) {
+        self.x.copy_from_slice(&self.y0);
+        self.cholesky.solve_upper(&mut self.x);
+        self.evaluate(problem, true);
+        for k in 0..self.held.len() {
+            self.w[k] = self.limit(problem, self.held[k]) - self.value(self.held[k].row);
+        }
+        self.basis.solve_lower(&mut self.w);
+        loop {
+            let q = self.held.len();
+            self.u[..q].copy_from_slice(&self.w[..q]);
+            self.basis.solve_upper(&mut self.u);
+            let mut worst = None;
+            let mut least = 0.0;
+            for (k, (held, u)) in self.held.iter().zip(&self.u).enumerate() {
+                let signed = held.sign * u * self.norms[held.row];
+                if signed < least {
+                    least = signed;
+                    worst = Some(k);
+                }
+            }
+            let Some(k) = worst else { break };
+            let w = &mut self.w;
+            self.basis.remove(k, |i, c, s| (w[i], w[i + 1]) = (c * w[i] + s * w[i + 1], c * w[i + 1] - s * w[i]));
+            let left = self.held.remove(k);
+            self.is_held[left.row] = false;
+            self.iterations += 1;
+        }
+        self.y.copy_from_slice(&self.y0);
+        self.basis.combine(&self.w, &mut self.y);
+    }
+
+    /// x from y, and all rows at x. After a refinement x is already the better of the two.
+    fn locate(&mut self, problem: &Problem, from_y: bool) {
+        if from_y {
+            self.x.copy_from_slice(&self.y);
+            self.cholesky.solve_upper(&mut self.x);
+        }
+        self.evaluate(problem, !self.postponed.is_empty());
+    }
+
+    fn evaluate(&mut self, problem: &Problem, with_equalities: bool) {
+        let Size { equalities: e, inequalities: m, .. } = self.size;
+        let (equalities, inequalities) = self.values.split_at_mut(e);
+        if with_equalities {
+            equalities.fill(0.0);
+            combine(problem.A.as_slice(), e, 0, &self.x, equalities);
+        }
+        inequalities.fill(0.0);
+        combine(problem.C.as_slice(), m, 0, &self.x, inequalities);
+    }
+
+    fn value(&self, row: usize) -> f64 {
+        if row < self.values.len() { self.values[row] } else { self.x[row - self.values.len()] }
+    }
+
+    /// The row with the largest violation relative to the length of its gradient.
+    fn most_violated(&self, problem: &Problem) -> Option<Violated> {
+        let Size { equalities: e, inequalities: m, .. } = self.size;
+        let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
+        let mut worst = None;
+        let mut largest = 0.0;
+        let mut look = |row: usize, value: f64, lower: f64, upper: f64, norm: f64| {
+            let (below, above) = (lower - value, value - upper);
+            let violation = below.max(above);
+            if violation <= 0.0 || self.is_held[row] {
+                return;
+            }
+            let scaled = if norm > 0.0 { violation / norm } else { violation };
+            if scaled > largest && violation > self.loosening * (self.settings.feasibility_tolerance + rounding * norm)
+            {
+                largest = scaled;
+                worst = Some(Violated { row, sign: if below > above { 1.0 } else { -1.0 } });
+            }
+        };
+        for &row in &self.postponed {
+            let target = problem.b[row];
+            look(row, self.values[row], target, target, self.norms[row]);
+        }
+        let (lower, upper) = (problem.l.as_slice(), problem.u.as_slice());
+        for i in 0..m {
+            look(e + i, self.values[e + i], lower[i], upper[i], self.norms[e + i]);
+        }
+        let (lower, upper) = (problem.lb.as_slice(), problem.ub.as_slice());
+        for (i, x) in self.x.iter().enumerate() {
+            look(e + m + i, *x, lower[i], upper[i], 1.0);
+        }
+        worst
+    }
+
+    /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way.
+    fn take_up(&mut self, problem: &Problem, Violated { row, sign }: Violated) -> Taken {
+        let entering = Held { row, sign };
+        let limit = self.limit(problem, entering);
+        self.gather(problem, row);
+        self.cholesky.solve_lower(&mut self.d);
+        let length = dot(&self.d, &self.d).sqrt();
+        self.z.copy_from_slice(&self.d);
+        let mut norm = self.basis.split(&mut self.z, &mut self.h);
+        let mut multiplier = 0.0;
+        loop {
+            let q = self.held.len();
+            self.r[..q].copy_from_slice(&self.h[..q]);
+            self.basis.solve_upper(&mut self.r);
+            let depends = q == self.size.variables
+                || norm <= f64::EPSILON * length
+                || (norm <= SUSPICIOUS_FRACTION * length && self.is_rounding(problem, row, norm));
+            let violation = sign * (limit - dot(&self.d, &self.y));
+            let full = if depends { f64::INFINITY } else { (violation / (norm * norm)).max(0.0) };
+            let (partial, leaving) = self.first_to_leave(sign);
+            let step = full.min(partial);
+            if step == f64::INFINITY {
+                self.describe_contradiction(problem, entering);
+                return Taken::Contradiction;
+            }
+            for (u, r) in self.u[..q].iter_mut().zip(&self.r) {
+                *u -= step * sign * r;
+            }
+            multiplier += step * sign;
+            if !depends {
+                axpy(step * sign, &self.z, &mut self.y);
+            }
+            self.iterations += 1;
+            if full <= partial {
+                self.basis.push(&self.z, norm, &self.h);
+                self.held.push(entering);
+                self.is_held[row] = true;
+                self.u[q] = multiplier;
+                return Taken::Held;
+            }
+            let h = &mut self.h;
+            let freed = self
+                .basis
+                .remove(leaving, |i, c, s| (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], c * h[i + 1] - s * h[i]));
+            // What the basis no longer covers of d belongs to the remainder.
+            axpy(self.h[q - 1], freed, &mut self.z);
+            norm = dot(&self.z, &self.z).sqrt();
+            self.u.copy_within(leaving + 1..q, leaving);
+            let left = self.held.remove(leaving);
+            self.is_held[left.row] = false;
+            if self.iterations >= self.settings.iterations_max {
+                return Taken::OutOfIterations;
+            }
+        }
+    }
+
+    /// Step at which the first multiplier of an inequality reaches zero, and which one.
+    fn first_to_leave(&self, sign: f64) -> (f64, usize) {
+        let (mut step, mut leaving) = (f64::INFINITY, 0);
+        for (k, held) in self.held.iter().enumerate() {
+            let rate = held.sign * sign * self.r[k];
+            if rate > 0.0 {
+                let reach = (held.sign * self.u[k]).max(0.0) / rate;
+                if reach < step {
+                    (step, leaving) = (reach, k);
+                }
+            }
+        }
+        (step, leaving)
+    }
+
+    /// Whether a short remainder z is an artefact of rounding: moving along it must change the entering row by ‖z‖², as it
+    /// would in exact arithmetic, and the held rows by less. Uses the data, not the factors.
+    fn is_rounding(&mut self, problem: &Problem, row: usize, norm: f64) -> bool {
+        self.w.copy_from_slice(&self.z);
+        self.cholesky.solve_upper(&mut self.w);
+        let gained = row_times(problem, self.size, row, &self.w);
+        if !((gained - norm * norm).abs() <= 0.5 * norm * norm) {
+            return true;
+        }
+        let share = |row: usize, change: f64| if self.norms[row] > 0.0 { change.abs() / self.norms[row] } else { 0.0 };
+        let own = share(row, gained);
+        self.held.iter().any(|k| share(k.row, row_times(problem, self.size, k.row, &self.w)) > 0.5 * own)
+    }
+
+    /// The certificate: `a = Σ rₖ aₖ` to rounding, while the limits contradict each other. Multipliers and weights are
+    /// positive at upper sides.
+    fn describe_contradiction(&mut self, problem: &Problem, entering: Held) {
+        self.x.copy_from_slice(&self.y);
+        self.cholesky.solve_upper(&mut self.x);
+        let value = row_times(problem, self.size, entering.row, &self.x);
+        let contradiction = &mut self.outcome.contradiction;
+        contradiction.amount = (limit_of(problem, self.size, entering.row, entering.sign) - value).abs();
+        contradiction.unmet = Some(name(self.size, entering.row));
+        let share = |row: usize, weight: f64| (weight * self.norms[row]).abs();
+        let pairs = self.held.iter().zip(&self.r).map(|(k, r)| (k.row, *r));
+        let largest = pairs.clone().fold(share(entering.row, 1.0), |s, (row, r)| s.max(share(row, r)));
+        contradiction.rows.push(Conflict { row: name(self.size, entering.row), weight: -entering.sign });
+        for (row, r) in pairs {
+            if share(row, r) > CONFLICT_SHARE * largest {
+                contradiction.rows.push(Conflict { row: name(self.size, row), weight: entering.sign * r });
+            }
+        }
+        let heaviest = contradiction.rows.iter().fold(0.0, |s: f64, c| s.max(c.weight.abs()));
+        contradiction.rows.iter_mut().for_each(|c| c.weight /= heaviest);
+        contradiction.rows.sort_unstable_by(|a, b| b.weight.abs().total_cmp(&a.weight.abs()));
+    }
+
+    /// Loosens the tolerance when an active set returns.
+    fn notice_return(&mut self) {
+        let mark = self.held.iter().fold(1, |sum, k| sum ^ scrambled(2 * k.row as u64 + u64::from(k.sign > 0.0)));
+        if self.history.contains(&mark) {
+            self.loosening = (10.0 * self.loosening).min(LOOSENING_MAX);
+            self.history.fill(0);
+        }
+        self.history.copy_within(..HISTORY - 1, 1);
+        self.history[0] = mark;
+    }
+
+    /// Writes point, multipliers and residuals into the report. Returns the largest defect, in units of what is accepted.
+    fn judge(&mut self, problem: &Problem) -> f64 {
+        let Size { variables: n, equalities: e, inequalities: m } = self.size;
+        self.evaluate(problem, true);
+        let report = &mut self.outcome.report;
+        report.x.as_mut_slice().copy_from_slice(&self.x);
+        report.y_eq.fill(0.0);
+        report.y_in.fill(0.0);
+        report.y_bound.fill(0.0);
+        for (k, u) in self.held.iter().zip(&self.u) {
+            match name(self.size, k.row) {
+                Row::Equality(i) => report.y_eq[i] = -u,
+                Row::Inequality(i) => report.y_in[i] = -u,
+                Row::Bound(i) => report.y_bound[i] = -u,
+            }
+        }
+        let gradient = &mut self.gradient;
+        gradient.fill(0.0);
+        combine(problem.P.as_slice(), n, 0, &self.x, gradient);
+        report.objective = 0.5 * dot(gradient, &self.x) + dot(problem.c.as_slice(), &self.x);
+        let mut term = largest(gradient).max(largest(problem.c.as_slice())).max(largest(report.y_bound.as_slice()));
+        axpy(1.0, problem.c.as_slice(), gradient);
+        axpy(1.0, report.y_bound.as_slice(), gradient);
+        // d is free here: Aᵀ y, then Cᵀ y.
+        for (matrix, rows, y) in [(&problem.A, e, &report.y_eq), (&problem.C, m, &report.y_in)] {
+            project(matrix.as_slice(), rows, 0, y.as_slice(), &mut self.d);
+            term = term.max(largest(&self.d));
+            axpy(1.0, &self.d, gradient);
+        }
+        let stationarity = largest(gradient) / term.max(1.0);
+        let mut defect = largest(gradient) / (STATIONARITY_GOAL * term).max(f64::MIN_POSITIVE);
+
+        let (targets, rows) = (problem.b.as_slice(), &self.values[e..]);
+        let missed = self.values[..e].iter().zip(targets).fold(0.0, |s: f64, (v, b)| s.max((v - b).abs()));
+        let outside = |values: &[f64], lower: &[f64], upper: &[f64]| {
+            let sides = lower.iter().zip(upper);
+            values.iter().zip(sides).fold(0.0, |s: f64, (v, (l, u))| s.max(l - v).max(v - u))
+        };
+        let beyond = outside(rows, problem.l.as_slice(), problem.u.as_slice());
+        let out_of_bounds = outside(&self.x, problem.lb.as_slice(), problem.ub.as_slice());
+        self.outcome.violation = missed.max(beyond).max(out_of_bounds);
+        let (row_scale, x_scale) = (largest(rows).max(1.0), largest(&self.x).max(1.0));
+        let target_scale = largest(&self.values[..e]).max(largest(targets)).max(1.0);
+        let feasibility = (missed / target_scale).max(beyond / row_scale).max(out_of_bounds / x_scale);
+
+        let y_scale = largest(report.y_in.as_slice()).max(largest(report.y_bound.as_slice())).max(1.0);
+        let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
+        let mut complementarity: f64 = 0.0;
+        for (k, u) in self.held.iter().zip(&self.u) {
+            let is_bound = k.row >= e + m;
+            let value = if is_bound { self.x[k.row - e - m] } else { self.values[k.row] };
+            let distance = (value - limit_of(problem, self.size, k.row, k.sign)).abs();
+            defect = defect.max(distance / (self.settings.feasibility_tolerance + rounding * self.norms[k.row]));
+            if k.sign != 0.0 {
+                let scale = y_scale * if is_bound { x_scale } else { row_scale };
+                complementarity = complementarity.max(distance * u.abs() / scale).max(-k.sign * u / y_scale);
+            }
+        }
+        let report = &mut self.outcome.report;
+        report.residuals = Residuals { stationarity, feasibility, complementarity };
+        if self.x.iter().all(|x| x.is_finite()) { defect } else { f64::NAN }
+    }
+
+    /// One correction of x, y and u from the residuals that [`Self::judge`] left: solves
+    /// `P dx - Dᵀ.. du = -gradient`, `a dx = limit - a x` for the held rows with the factors at hand.
+    fn refine(&mut self, problem: &Problem) {
+        let q = self.held.len();
+        for (z, g) in self.z.iter_mut().zip(&self.gradient) {
+            *z = -g;
+        }
+        self.cholesky.solve_lower(&mut self.z);
+        self.basis.project(&self.z, &mut self.h);
+        for k in 0..q {
+            self.w[k] = self.limit(problem, self.held[k]) - self.value(self.held[k].row);
+        }
+        self.basis.solve_lower(&mut self.w);
+        for (w, h) in self.w[..q].iter_mut().zip(&self.h) {
+            *w -= h;
+        }
+        self.basis.combine(&self.w, &mut self.z);
+        axpy(1.0, &self.z, &mut self.y);
+        self.cholesky.solve_upper(&mut self.z);
+        axpy(1.0, &self.z, &mut self.x);
+        self.basis.solve_upper(&mut self.w);
+        axpy(1.0, &self.w[..q], &mut self.u[..q]);
+    }
+
+    /// d <- gradient of a row.
+    fn gather(&mut self, problem: &Problem, row: usize) {
+        let Size { equalities: e, inequalities: m, .. } = self.size;
+        if row < e + m {
+            let (matrix, rows, row) = if row < e { (&problem.A, e, row) } else { (&problem.C, m, row - e) };
+            for (d, a) in self.d.iter_mut().zip(matrix.as_slice()[row..].iter().step_by(rows)) {
+                *d = *a;
+            }
+        } else {
+            self.d.fill(0.0);
+            self.d[row - e - m] = 1.0;
+        }
+    }
+
+    fn sides(&self, problem: &Problem, row: usize) -> (f64, f64) {
+        (limit_of(problem, self.size, row, 1.0), limit_of(problem, self.size, row, -1.0))
+    }
+
+    fn limit(&self, problem: &Problem, held: Held) -> f64 {
+        limit_of(problem, self.size, held.row, held.sign)
+    }
+
+    /// The multipliers of an infeasible program are the certificate.
+    fn write_certificate(&mut self) {
+        let Outcome { report, contradiction, .. } = &mut self.outcome;
+        report.y_eq.fill(0.0);
+        report.y_in.fill(0.0);
+        report.y_bound.fill(0.0);
+        for Conflict { row, weight } in &contradiction.rows {
+            match *row {
+                Row::Equality(i) => report.y_eq[i] += weight,
+                Row::Inequality(i) => report.y_in[i] += weight,
+                Row::Bound(i) => report.y_bound[i] += weight,
+            }
+        }
+    }
+
+    /// Keeps what was held as the guess for the next solve, and names it in the report.
+    fn remember(&mut self) {
+        self.guess.clear();
+        for held in &self.held {
+            if held.sign != 0.0 {
+                self.outcome.active.push(label(self.size, *held));
+                if held.row >= self.size.equalities {
+                    self.guess.push(*held);
+                }
+            }
+        }
+    }
+}
+
+impl Solver for ActiveSet {
+    fn solve(&mut self, problem: &Problem) -> &Outcome {
+        self.outcome.clear();
+        let status = self.solve_into_outcome(problem);
+        self.outcome.report.status = status;
+        self.outcome.report.iterations = self.iterations as u32;
+        if status == Status::Infeasible {
+            self.write_certificate();
+        }
+        self.remember();
+        &self.outcome
+    }
+
+    fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
+    fn forget(&mut self) {
+        self.guess.clear();
+    }
+}
+
+/// Largest absolute value; not a number if any entry is not.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |s: f64, x| if x.is_nan() { f64::NAN } else { s.max(x.abs()) })
+}
+
+/// Euclidean lengths of the rows of a matrix stored by columns.
+fn lengths_of_rows(matrix: &[f64], columns: usize, out: &mut [f64]) {
+    let rows = out.len();
+    out.fill(0.0);
+    for j in 0..columns {
+        for (sum, a) in out.iter_mut().zip(&matrix[j * rows..(j + 1) * rows]) {
+            *sum = a.mul_add(*a, *sum);
+        }
+    }
+    for x in out {
+        *x = x.sqrt();
+    }
+}
+
+fn limit_of(problem: &Problem, size: Size, row: usize, sign: f64) -> f64 {
+    match name(size, row) {
+        Row::Equality(i) => problem.b[i],
+        Row::Inequality(i) if sign > 0.0 => problem.l[i],
+        Row::Inequality(i) => problem.u[i],
+        Row::Bound(i) if sign > 0.0 => problem.lb[i],
+        Row::Bound(i) => problem.ub[i],
+    }
+}
+
+fn row_times(problem: &Problem, size: Size, row: usize, x: &[f64]) -> f64 {
+    let strided = |matrix: &[f64], rows: usize, row: usize| {
+        matrix[row..].iter().step_by(rows).zip(x).fold(0.0, |sum, (a, x)| a.mul_add(*x, sum))
+    };
+    match name(size, row) {
+        Row::Equality(i) => strided(problem.A.as_slice(), size.equalities, i),
+        Row::Inequality(i) => strided(problem.C.as_slice(), size.inequalities, i),
+        Row::Bound(i) => x[i],
+    }
+}
+
+fn name(size: Size, row: usize) -> Row {
+    let Size { equalities: e, inequalities: m, .. } = size;
+    if row < e {
+        Row::Equality(row)
+    } else if row < e + m {
+        Row::Inequality(row - e)
+    } else {
+        Row::Bound(row - e - m)
+    }
+}
+
+fn label(size: Size, held: Held) -> Active {
+    let row = name(size, held.row);
+    let side = match row {
+        Row::Equality(_) => Side::Both,
+        _ if held.sign > 0.0 => Side::Lower,
+        _ => Side::Upper,
+    };
+    Active { row, side }
+}
+
+/// One step of SplitMix64 (Steele, Lea, Flood 2014): a hash whose exclusive-or over a set marks the set.
+fn scrambled(value: u64) -> u64 {
+    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,206 @@
+//! Thin QR factorisation of the active constraints, updated column by column.
+
+use super::kernels::{axpy, combine, dot, project};
+
+/// A projection that keeps less than this part of a vector is repeated once: afterwards the remainder is orthogonal to the
+/// basis to working precision ("twice is enough", Kahan and Parlett; criterion of Daniel, Gragg, Kaufman, Stewart 1976).
+const KEPT_FRACTION: f64 = 0.7;
+
+/// `D = Q R`: the columns of D are the gradients of the active constraints in `y = Lᵀ x`, Q has orthonormal columns.
+#[derive(Debug, Clone)]
+pub struct Basis {
+    n: usize,
+    len: usize,
+    /// Q by columns.
+    q: Vec<f64>,
+    /// R by rows, upper triangular.
+    r: Vec<f64>,
+    correction: Vec<f64>,
+}
+
+impl Basis {
+    pub fn new(n: usize) -> Self {
+        Self { n, len: 0, q: vec![0.0; n * n], r: vec![0.0; n * n], correction: vec![0.0; n] }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Splits d: `h = Qᵀ d`, `z = d - Q h`. In: `z` holds d. Returns ‖z‖.
+    pub fn split(&mut self, z: &mut [f64], h: &mut [f64]) -> f64 {
+        let (n, len) = (self.n, self.len);
+        let h = &mut h[..len];
+        let before = dot(z, z).sqrt();
+        project(&self.q, n, 0, z, h);
+        for x in h.iter_mut() {
+            *x = -*x;
+        }
+        combine(&self.q, n, 0, h, z);
+        for x in h.iter_mut() {
+            *x = -*x;
+        }
+        let mut after = dot(z, z).sqrt();
+        if after < KEPT_FRACTION * before {
+            let again = &mut self.correction[..len];
+            project(&self.q, n, 0, z, again);
+            for (sum, x) in h.iter_mut().zip(again.iter_mut()) {
+                *sum += *x;
+                *x = -*x;
+            }
+            combine(&self.q, n, 0, again, z);
+            after = dot(z, z).sqrt();
+        }
+        after
+    }
+
+    /// Appends the column `d = Q h + z`; `z` is orthogonal to Q and not zero.
+    pub fn push(&mut self, z: &[f64], norm: f64, h: &[f64]) {
+        let (n, k) = (self.n, self.len);
+        debug_assert!(k < n && norm > 0.0);
+        let inverse = 1.0 / norm;
+        for (q, z) in self.q[k * n..(k + 1) * n].iter_mut().zip(z) {
+            *q = z * inverse;
+        }
+        for (i, h) in h[..k].iter().enumerate() {
+            self.r[i * n + k] = *h;
+        }
+        self.r[k * n + k] = norm;
+        self.len += 1;
+    }
+
+    /// Removes column `k` of D. The last column of the rotated Q leaves the basis and is returned; `rotate(i, c, s)` is told
+    /// each rotation of components i and i+1, so that the caller can turn his own coordinates in Q.
+    pub fn remove(&mut self, k: usize, mut rotate: impl FnMut(usize, f64, f64)) -> &[f64] {
+        let (n, len) = (self.n, self.len);
+        debug_assert!(k < len);
+        for i in 0..len {
+            let from = i.max(k + 1);
+            self.r.copy_within(i * n + from..i * n + len, i * n + from - 1);
+        }
+        for i in k..len - 1 {
+            let (a, b) = (self.r[i * n + i], self.r[(i + 1) * n + i]);
+            let radius = a.hypot(b);
+            let (c, s) = if radius == 0.0 { (1.0, 0.0) } else { (a / radius, b / radius) };
+            let (upper, lower) = self.r.split_at_mut((i + 1) * n);
+            turn(c, s, &mut upper[i * n + i..i * n + len - 1], &mut lower[i..len - 1]);
+            let (left, right) = self.q.split_at_mut((i + 1) * n);
+            turn(c, s, &mut left[i * n..], &mut right[..n]);
+            rotate(i, c, s);
+        }
+        self.len -= 1;
+        &self.q[(len - 1) * n..len * n]
+    }
+
+    /// `x <- R⁻¹ x`.
+    pub fn solve_upper(&self, x: &mut [f64]) {
+        let n = self.n;
+        for i in (0..self.len).rev() {
+            let row = &self.r[i * n..i * n + self.len];
+            x[i] = (x[i] - dot(&row[i + 1..], &x[i + 1..self.len])) / row[i];
+        }
+    }
+
+    /// `x <- R⁻ᵀ x`.
+    pub fn solve_lower(&self, x: &mut [f64]) {
+        let n = self.n;
+        for i in 0..self.len {
+            let row = &self.r[i * n..i * n + self.len];
+            x[i] /= row[i];
+            let (done, rest) = x.split_at_mut(i + 1);
+            axpy(-done[i], &row[i + 1..], &mut rest[..self.len - i - 1]);
+        }
+    }
+
+    /// `y += Q w`.
+    pub fn combine(&self, w: &[f64], y: &mut [f64]) {
+        combine(&self.q, self.n, 0, &w[..self.len], y);
+    }
+
+    /// `out = Qᵀ y`.
+    pub fn project(&self, y: &[f64], out: &mut [f64]) {
+        project(&self.q, self.n, 0, y, &mut out[..self.len]);
+    }
+}
+
+/// `[a; b] <- [c s; -s c] [a; b]`, element by element.
+fn turn(c: f64, s: f64, a: &mut [f64], b: &mut [f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        (*a, *b) = (c * *a + s * *b, c * *b - s * *a);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(n: usize, k: usize) -> Vec<f64> {
+        (0..n).map(|i| (((i + 2) * (k + 3) * 37) % 23) as f64 - 11.0).collect()
+    }
+
+    fn reproduces(basis: &Basis, columns: &[Vec<f64>]) {
+        let n = basis.n;
+        for (k, d) in columns.iter().enumerate() {
+            let coefficients: Vec<f64> =
+                (0..basis.len).map(|i| if i <= k { basis.r[i * n + k] } else { 0.0 }).collect();
+            let mut y = vec![0.0; n];
+            basis.combine(&coefficients, &mut y);
+            let defect = y.iter().zip(d).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(defect < 1e-12, "column {k}: {defect:e}");
+        }
+        for i in 0..basis.len {
+            for j in 0..basis.len {
+                let product = dot(&basis.q[i * n..(i + 1) * n], &basis.q[j * n..(j + 1) * n]);
+                assert!((product - f64::from(i == j)).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn columns_come_and_go_and_the_factors_stay_a_factorisation() {
+        let n = 11;
+        let mut basis = Basis::new(n);
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut h = vec![0.0; n];
+        for step in 0..60 {
+            if columns.len() == n || (step % 3 == 2 && columns.len() > 1) {
+                let k = (step * 5) % columns.len();
+                columns.remove(k);
+                basis.remove(k, |_, _, _| {});
+            } else {
+                let d = column(n, step * step + 1);
+                let mut z = d.clone();
+                let norm = basis.split(&mut z, &mut h);
+                if norm > 1e-6 {
+                    basis.push(&z, norm, &h);
+                    columns.push(d);
+                }
+            }
+            reproduces(&basis, &columns);
+        }
+        assert!(columns.len() > 5);
+    }
+
+    #[test]
+    fn a_nearly_dependent_column_still_gives_an_orthogonal_remainder() {
+        let n = 6;
+        let mut basis = Basis::new(n);
+        let mut h = vec![0.0; n];
+        for k in 0..3 {
+            let mut z = column(n, k);
+            let norm = basis.split(&mut z, &mut h);
+            basis.push(&z, norm, &h);
+        }
+        let mut z: Vec<f64> = (0..n).map(|i| 2.0 * column(n, 0)[i] - column(n, 2)[i]).collect();
+        z[4] += 1e-9;
+        let norm = basis.split(&mut z, &mut h);
+        assert!(norm > 1e-11 && norm < 1e-8);
+        let mut against = vec![0.0; 3];
+        basis.project(&z, &mut against);
+        assert!(against.iter().all(|x| x.abs() < 1e-14 * 11.0), "{against:?}");
+    }
+}

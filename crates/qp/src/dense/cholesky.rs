@@ -1,0 +1,165 @@
+//! `P = L Lᵀ` and the two triangular solves, in place, without allocation, along the block structure of P.
+
+use super::kernels::{combine, dot};
+use nalgebra::DMatrix;
+
+/// Columns treated together in the triangular solves.
+const BLOCK: usize = 4;
+
+/// Cholesky factor of a symmetric positive definite matrix.
+///
+/// Column j of L is zero from row `ends[j]` on. P of a control step is (accelerations | contact intensities), often
+/// without coupling: then the factorisation costs the blocks and not the whole, and a fully dense P is found just as well.
+#[derive(Debug, Clone)]
+pub struct Cholesky {
+    n: usize,
+    /// L by columns, n x n; above the diagonal unspecified.
+    lower: Vec<f64>,
+    inverse_diagonal: Vec<f64>,
+    ends: Vec<usize>,
+    multipliers: Vec<f64>,
+}
+
+/// The matrix is not positive definite: what was left of this diagonal entry.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Indefinite {
+    /// Column at which the factorisation stopped.
+    pub column: usize,
+    /// The pivot found there: not positive, or not a number.
+    pub pivot: f64,
+}
+
+impl Cholesky {
+    /// Memory for matrices of size `n`.
+    pub fn new(n: usize) -> Self {
+        Self { n, lower: vec![0.0; n * n], inverse_diagonal: vec![0.0; n], ends: vec![0; n], multipliers: vec![0.0; n] }
+    }
+
+    /// Factorises the matrix given by its lower triangle (left-looking, four columns at a time).
+    pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> Result<(), Indefinite> {
+        let n = self.n;
+        assert_eq!(matrix.shape(), (n, n), "the matrix must have the size the factor was made for");
+        let source = matrix.as_slice();
+        let mut end = 0;
+        for j in 0..n {
+            let column = &source[j * n..(j + 1) * n];
+            end = end.max(j + 1);
+            while let Some(last) = column[end..].iter().rposition(|x| *x != 0.0) {
+                end += last + 1;
+            }
+            self.ends[j] = end;
+            let (done, rest) = self.lower.split_at_mut(j * n);
+            let target = &mut rest[..n];
+            target[j..end].copy_from_slice(&column[j..end]);
+            // Row j of L so far is the set of multipliers; columns whose blocks ended before j contribute nothing.
+            let start = self.ends[..j].partition_point(|e| *e <= j);
+            for k in start..j {
+                self.multipliers[k] = -done[k * n + j];
+            }
+            combine(&done[start * n..], n, j, &self.multipliers[start..j], &mut target[j..end]);
+            // Rows beyond an earlier column's end hold old numbers, not zeros: clear them once.
+            target[end..].fill(0.0);
+            let pivot = target[j];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return Err(Indefinite { column: j, pivot });
+            }
+            let root = pivot.sqrt();
+            let inverse = 1.0 / root;
+            target[j] = root;
+            self.inverse_diagonal[j] = inverse;
+            for x in &mut target[j + 1..end] {
+                *x *= inverse;
+            }
+        }
+        Ok(())
+    }
+
+    /// `x <- L⁻¹ x`; leading zeros of x are free.
+    pub fn solve_lower(&self, x: &mut [f64]) {
+        let n = self.n;
+        let Some(first) = x.iter().position(|v| *v != 0.0) else { return };
+        let mut j = first / BLOCK * BLOCK;
+        while j < n {
+            let width = BLOCK.min(n - j);
+            for k in j..j + width {
+                let solved = x[k] * self.inverse_diagonal[k];
+                x[k] = solved;
+                for i in k + 1..j + width {
+                    x[i] -= self.lower[k * n + i] * solved;
+                }
+            }
+            let mut alpha = [0.0; BLOCK];
+            for (a, v) in alpha.iter_mut().zip(&x[j..j + width]) {
+                *a = -v;
+            }
+            let end = self.ends[j + width - 1];
+            combine(&self.lower[j * n..], n, j + width, &alpha[..width], &mut x[j + width..end]);
+            j += width;
+        }
+    }
+
+    /// `x <- L⁻ᵀ x`.
+    pub fn solve_upper(&self, x: &mut [f64]) {
+        let n = self.n;
+        let mut stop = n;
+        while stop > 0 {
+            let start = (stop - 1) / BLOCK * BLOCK;
+            let end = self.ends[stop - 1];
+            let (head, tail) = x.split_at_mut(stop);
+            let tail = &tail[..end - stop];
+            let mut products = [0.0; BLOCK];
+            super::kernels::project(&self.lower[start * n..], n, stop, tail, &mut products[..stop - start]);
+            for k in (start..stop).rev() {
+                let inner = dot(&self.lower[k * n + k + 1..k * n + stop], &head[k + 1..stop]);
+                head[k] = (head[k] - products[k - start] - inner) * self.inverse_diagonal[k];
+            }
+            stop = start;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+
+    fn blocks(sizes: &[usize]) -> DMatrix<f64> {
+        let n: usize = sizes.iter().sum();
+        let mut out = DMatrix::zeros(n, n);
+        let mut at = 0;
+        for &size in sizes {
+            let m = DMatrix::from_fn(size, size + 2, |i, j| ((i * 5 + j * 3 + size) % 7) as f64 - 3.0);
+            let block = &m * m.transpose() + DMatrix::identity(size, size);
+            out.view_mut((at, at), (size, size)).copy_from(&block);
+            at += size;
+        }
+        out
+    }
+
+    #[test]
+    fn factor_and_solves_agree_with_nalgebra_whatever_the_blocks() {
+        let mut reused = Cholesky::new(15);
+        for sizes in [&[15][..], &[1; 15], &[7, 1, 1, 6], &[3, 12], &[1, 5, 4, 5]] {
+            let p = blocks(sizes);
+            reused.factorise(&p).expect("positive definite");
+            let expected = p.clone().cholesky().expect("positive definite").l();
+            let rhs = DVector::from_fn(15, |i, _| if i < 2 { 0.0 } else { i as f64 - 4.5 });
+            let (mut down, mut up) = (rhs.clone(), rhs.clone());
+            reused.solve_lower(down.as_mut_slice());
+            reused.solve_upper(up.as_mut_slice());
+            assert!((&expected * down - &rhs).amax() < 1e-12, "{sizes:?}");
+            assert!((expected.transpose() * up - &rhs).amax() < 1e-12, "{sizes:?}");
+        }
+    }
+
+    #[test]
+    fn an_indefinite_matrix_is_named_with_its_pivot() {
+        let mut p = blocks(&[4, 3]);
+        p[(5, 5)] = -2.0;
+        let error = Cholesky::new(7).factorise(&p).expect_err("not positive definite");
+        assert_eq!(error.column, 5);
+        assert!(error.pivot < 0.0);
+        p[(5, 5)] = f64::NAN;
+        assert!(Cholesky::new(7).factorise(&p).expect_err("not a number").pivot.is_nan());
+    }
+}

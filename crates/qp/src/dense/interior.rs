@@ -1,0 +1,307 @@
+//! Clarabel's interior point behind the dense problem type, with data updates.
+
+use super::{Outcome, Problem, Size, Solver};
+use crate::Status;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
+use nalgebra::DMatrix;
+
+/// Limits of [`Interior`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InteriorSettings {
+    /// Clarabel's absolute and relative gap and feasibility tolerance. Useful: 1e-6 to 1e-10.
+    pub tolerance: f64,
+    /// Interior-point steps after which it gives up.
+    pub iterations_max: u32,
+}
+
+impl Default for InteriorSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, iterations_max: 200 }
+    }
+}
+
+/// What of a two-sided row exists. The cones, and so the memory, depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sides {
+    None,
+    Lower,
+    Upper,
+    Two,
+    /// Both sides at the same value: an equality, for an interior point needs an interior.
+    Equal,
+}
+
+impl Sides {
+    fn of(lower: f64, upper: f64) -> Self {
+        match (lower > f64::NEG_INFINITY, upper < f64::INFINITY) {
+            (false, false) => Self::None,
+            (true, false) => Self::Lower,
+            (false, true) => Self::Upper,
+            (true, true) if lower == upper => Self::Equal,
+            (true, true) => Self::Two,
+        }
+    }
+
+    fn has_lower(self) -> bool {
+        matches!(self, Self::Lower | Self::Two)
+    }
+
+    fn has_upper(self) -> bool {
+        matches!(self, Self::Upper | Self::Two)
+    }
+}
+
+/// Where a row of Clarabel's constraint matrix comes from.
+#[derive(Debug, Clone, Copy)]
+struct Source {
+    /// Equalities, inequalities, bounds, counted through.
+    row: usize,
+    /// +1: `a x <= u` or an equality; -1: `-a x <= -l`.
+    sign: f64,
+}
+
+/// Clarabel for programs of one size. The matrices are handed over by value as long as their pattern of zeros stays within
+/// what was seen before; else the solver is set up anew, and [`Interior::setups`] counts it.
+///
+/// Clarabel itself allocates once per solve.
+pub struct Interior {
+    size: Size,
+    settings: InteriorSettings,
+    sides: Vec<Sides>,
+    hessian_pattern: DMatrix<bool>,
+    equality_pattern: DMatrix<bool>,
+    inequality_pattern: DMatrix<bool>,
+    sources: Vec<Source>,
+    hessian_values: Vec<f64>,
+    matrix_values: Vec<f64>,
+    target: Vec<f64>,
+    c: Vec<f64>,
+    solver: Option<DefaultSolver<f64>>,
+    setups: usize,
+    outcome: Outcome,
+}
+
+impl Interior {
+    /// For programs of one size.
+    #[must_use]
+    pub fn new(size: Size, settings: InteriorSettings) -> Self {
+        let Size { variables: n, equalities: e, inequalities: m } = size;
+        Self {
+            size,
+            settings,
+            sides: vec![Sides::None; m + n],
+            hessian_pattern: DMatrix::from_fn(n, n, |i, j| i == j),
+            equality_pattern: DMatrix::from_element(e, n, false),
+            inequality_pattern: DMatrix::from_element(m, n, false),
+            sources: Vec::new(),
+            hessian_values: Vec::new(),
+            matrix_values: Vec::new(),
+            target: Vec::new(),
+            c: Vec::new(),
+            solver: None,
+            setups: 0,
+            outcome: Outcome::new(size),
+        }
+    }
+
+    /// How often Clarabel was set up anew because the pattern of zeros or of bounds had changed.
+    #[must_use]
+    pub fn setups(&self) -> usize {
+        self.setups
+    }
+
+    fn solve_into_outcome(&mut self, problem: &Problem) -> Status {
+        let Size { variables: n, equalities: e, inequalities: m } = self.size;
+        assert_eq!(problem.size(), self.size, "the program must have the size the solver was made for");
+        let fits = self.absorb_pattern(problem);
+        self.hessian_values.clear();
+        for j in 0..n {
+            for i in 0..=j {
+                if self.hessian_pattern[(i, j)] {
+                    self.hessian_values.push(problem.P[(i, j)]);
+                }
+            }
+        }
+        if !fits {
+            self.order_rows();
+        }
+        self.matrix_values.clear();
+        for j in 0..n {
+            for &Source { row, sign } in &self.sources {
+                if let Some(value) = self.entry(problem, row, j) {
+                    self.matrix_values.push(sign * value);
+                }
+            }
+        }
+        self.target.clear();
+        for &Source { row, sign } in &self.sources {
+            let limit = |k: usize, lower: &[f64], upper: &[f64]| if sign > 0.0 { upper[k] } else { -lower[k] };
+            self.target.push(if row < e {
+                problem.b[row]
+            } else if row < e + m {
+                limit(row - e, problem.l.as_slice(), problem.u.as_slice())
+            } else {
+                limit(row - e - m, problem.lb.as_slice(), problem.ub.as_slice())
+            });
+        }
+        self.c.clear();
+        self.c.extend_from_slice(problem.c.as_slice());
+        let updated = fits
+            && self.solver.as_mut().is_some_and(|solver| {
+                solver.update_P(&self.hessian_values).is_ok()
+                    && solver.update_A(&self.matrix_values).is_ok()
+                    && solver.update_q(&self.c).is_ok()
+                    && solver.update_b(&self.target).is_ok()
+            });
+        if !updated && !self.set_up(problem) {
+            return Status::NumericalFailure;
+        }
+        let Some(solver) = self.solver.as_mut() else { return Status::NumericalFailure };
+        solver.solve();
+        let solution = &solver.solution;
+        let report = &mut self.outcome.report;
+        report.iterations = solution.iterations;
+        report.x.as_mut_slice().copy_from_slice(&solution.x);
+        for (source, z) in self.sources.iter().zip(&solution.z) {
+            let y = source.sign * z;
+            if source.row < e {
+                report.y_eq[source.row] += y;
+            } else if source.row < e + m {
+                report.y_in[source.row - e] += y;
+            } else {
+                report.y_bound[source.row - e - m] += y;
+            }
+        }
+        let status = match solution.status {
+            SolverStatus::Solved => Status::Solved,
+            SolverStatus::AlmostSolved => Status::SolvedInaccurately,
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Status::Infeasible,
+            SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Status::Unbounded,
+            SolverStatus::MaxIterations => Status::IterationLimit,
+            SolverStatus::MaxTime => Status::TimeLimit,
+            _ => Status::NumericalFailure,
+        };
+        report.residuals = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
+        report.objective = problem.objective(&report.x);
+        self.outcome.violation = problem.violation(&report.x);
+        status
+    }
+
+    /// Whether all nonzeros and sides lie within what Clarabel was set up for; takes up those that do not.
+    fn absorb_pattern(&mut self, problem: &Problem) -> bool {
+        let mut fits = self.solver.is_some();
+        let mut absorb = |pattern: &mut DMatrix<bool>, matrix: &DMatrix<f64>| {
+            for (seen, value) in pattern.iter_mut().zip(matrix.iter()) {
+                if *value != 0.0 && !*seen {
+                    *seen = true;
+                    fits = false;
+                }
+            }
+        };
+        absorb(&mut self.hessian_pattern, &problem.P);
+        absorb(&mut self.equality_pattern, &problem.A);
+        absorb(&mut self.inequality_pattern, &problem.C);
+        let rows = problem.l.iter().zip(problem.u.iter());
+        let bounds = problem.lb.iter().zip(problem.ub.iter());
+        for (sides, (lower, upper)) in self.sides.iter_mut().zip(rows.chain(bounds)) {
+            let now = Sides::of(*lower, *upper);
+            if *sides != now {
+                *sides = now;
+                fits = false;
+            }
+        }
+        fits
+    }
+
+    fn order_rows(&mut self) {
+        let e = self.size.equalities;
+        self.sources.clear();
+        self.sources.extend((0..e).map(|row| Source { row, sign: 1.0 }));
+        let listed = |wanted: fn(Sides) -> bool, sign: f64| {
+            self.sides
+                .iter()
+                .enumerate()
+                .filter(move |(_, sides)| wanted(**sides))
+                .map(move |(i, _)| Source { row: e + i, sign })
+                .collect::<Vec<_>>()
+        };
+        let equal = listed(|s| s == Sides::Equal, 1.0);
+        let upper = listed(Sides::has_upper, 1.0);
+        let lower = listed(Sides::has_lower, -1.0);
+        self.sources.extend(equal.into_iter().chain(upper).chain(lower));
+    }
+
+    fn entry(&self, problem: &Problem, row: usize, column: usize) -> Option<f64> {
+        let Size { equalities: e, inequalities: m, .. } = self.size;
+        if row < e {
+            self.equality_pattern[(row, column)].then(|| problem.A[(row, column)])
+        } else if row < e + m {
+            self.inequality_pattern[(row - e, column)].then(|| problem.C[(row - e, column)])
+        } else {
+            (row - e - m == column).then_some(1.0)
+        }
+    }
+
+    fn set_up(&mut self, problem: &Problem) -> bool {
+        let Size { variables: n, equalities: e, inequalities: m } = self.size;
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for j in 0..n {
+            rows.extend((0..=j).filter(|&i| self.hessian_pattern[(i, j)]));
+            starts.push(rows.len());
+        }
+        let hessian = CscMatrix::new(n, n, starts, rows, self.hessian_values.clone());
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for j in 0..n {
+            for (i, source) in self.sources.iter().enumerate() {
+                let row = source.row;
+                let present = if row < e {
+                    self.equality_pattern[(row, j)]
+                } else if row < e + m {
+                    self.inequality_pattern[(row - e, j)]
+                } else {
+                    row - e - m == j
+                };
+                if present {
+                    rows.push(i);
+                }
+            }
+            starts.push(rows.len());
+        }
+        let matrix = CscMatrix::new(self.sources.len(), n, starts, rows, self.matrix_values.clone());
+        let equalities = e + self.sides.iter().filter(|s| **s == Sides::Equal).count();
+        let cones =
+            [SupportedConeT::ZeroConeT(equalities), SupportedConeT::NonnegativeConeT(self.sources.len() - equalities)];
+        let tolerance = self.settings.tolerance;
+        let settings = DefaultSettings {
+            verbose: false,
+            max_iter: self.settings.iterations_max,
+            tol_gap_abs: tolerance,
+            tol_gap_rel: tolerance,
+            tol_feas: tolerance,
+            // Data updates are refused when rows or zeros have been removed.
+            presolve_enable: false,
+            input_sparse_dropzeros: false,
+            ..DefaultSettings::default()
+        };
+        self.setups += 1;
+        self.solver = DefaultSolver::new(&hessian, problem.c.as_slice(), &matrix, &self.target, &cones, settings).ok();
+        self.solver.is_some()
+    }
+}
+
+impl Solver for Interior {
+    fn solve(&mut self, problem: &Problem) -> &Outcome {
+        self.outcome.clear();
+        self.outcome.report.status = self.solve_into_outcome(problem);
+        &self.outcome
+    }
+
+    fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
+    fn forget(&mut self) {
+        self.solver = None;
+    }
+}
