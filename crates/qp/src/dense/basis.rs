@@ -23,10 +23,6 @@ impl Basis {
         Self { n, len: 0, q: vec![0.0; n * n], r: vec![0.0; n * n], correction: vec![0.0; n] }
     }
 
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
     pub fn clear(&mut self) {
         self.len = 0;
     }

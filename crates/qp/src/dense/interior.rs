@@ -21,6 +21,9 @@ impl Default for InteriorSettings {
     }
 }
 
+/// Clarabel's own infinity: numbers beyond it would spoil its scaling and mean "none" anyway.
+const NO_SIDE: f64 = 1e20;
+
 /// What of a two-sided row exists. The cones, and so the memory, depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sides {
@@ -34,7 +37,7 @@ enum Sides {
 
 impl Sides {
     fn of(lower: f64, upper: f64) -> Self {
-        match (lower > f64::NEG_INFINITY, upper < f64::INFINITY) {
+        match (lower > -NO_SIDE, upper < NO_SIDE) {
             (false, false) => Self::None,
             (true, false) => Self::Lower,
             (false, true) => Self::Upper,
