@@ -1,1 +1,23 @@
-//! Finite elements of the soft sole, its contact with the ground, and the deformation estimator.
+//! The soft sole: finite elements, exact frictional contact, and the pose of the deformed sole from the load it carries.
+#![allow(non_snake_case)] // monogram notation
+
+mod dense;
+mod elasticity;
+mod equilibrium;
+mod error;
+mod estimate;
+mod ground;
+mod hull;
+mod mesh;
+mod model;
+mod patches;
+mod stiffness;
+
+pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
+pub use error::SoleError;
+pub use estimate::{
+    EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
+};
+pub use ground::{Ground, Plane, Slope};
+pub use mesh::{ContactSet, Mesh};
+pub use model::{Level, MeshSource, SoleModel, SoleSettings};

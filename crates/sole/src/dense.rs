@@ -1,0 +1,124 @@
+//! Straight-line dense kernels without allocation. Fused multiply-add is written out: the compiler may not contract, and the
+//! explicit form gives the same bits on every machine that has it.
+
+/// `dst += x a + y b + z c`, all of one length.
+#[inline]
+pub(crate) fn add_three(dst: &mut [f64], a: &[f64], b: &[f64], c: &[f64], x: f64, y: f64, z: f64) {
+    let n = dst.len();
+    let (a, b, c) = (&a[..n], &b[..n], &c[..n]);
+    for i in 0..n {
+        dst[i] = z.mul_add(c[i], y.mul_add(b[i], x.mul_add(a[i], dst[i])));
+    }
+}
+
+/// `dst += x a`.
+#[inline]
+pub(crate) fn add_one(dst: &mut [f64], a: &[f64], x: f64) {
+    let n = dst.len();
+    let a = &a[..n];
+    for i in 0..n {
+        dst[i] = x.mul_add(a[i], dst[i]);
+    }
+}
+
+/// Dot product in eight independent lanes, summed in a fixed order.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let n = a.len().min(b.len());
+    let (a, b) = (&a[..n], &b[..n]);
+    let mut sum = [0.0; LANES];
+    let (mut chunks_a, mut chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    for (x, y) in chunks_a.by_ref().zip(chunks_b.by_ref()) {
+        for lane in 0..LANES {
+            sum[lane] = x[lane].mul_add(y[lane], sum[lane]);
+        }
+    }
+    let mut tail = 0.0;
+    for (x, y) in chunks_a.remainder().iter().zip(chunks_b.remainder()) {
+        tail = x.mul_add(*y, tail);
+    }
+    ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7])) + tail
+}
+
+/// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
+/// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
+pub(crate) fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f64 {
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+    for k in 0..n {
+        let (left, right) = a.split_at_mut((k + 1) * ld);
+        let column = &mut left[k * ld..k * ld + n];
+        let mut pivot = k;
+        for i in k + 1..n {
+            if column[i].abs() > column[pivot].abs() {
+                pivot = i;
+            }
+        }
+        pivots[k] = pivot;
+        let value = column[pivot];
+        smallest = smallest.min(value.abs());
+        largest = largest.max(value.abs());
+        if value == 0.0 || !value.is_finite() {
+            return 0.0;
+        }
+        column.swap(k, pivot);
+        let inverse = 1.0 / value;
+        for entry in &mut column[k + 1..] {
+            *entry *= inverse;
+        }
+        // Rows of the columns to the left follow when the factors are used: only the active part is swapped here.
+        for other in right.chunks_mut(ld).take(n - k - 1) {
+            other.swap(k, pivot);
+            let factor = -other[k];
+            if factor != 0.0 {
+                add_one(&mut other[k + 1..n], &column[k + 1..], factor);
+            }
+        }
+    }
+    if n == 0 { 1.0 } else { smallest / largest }
+}
+
+/// Solves with the factors of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
+pub(crate) fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64], columns: usize) {
+    for x in rhs.chunks_mut(ld).take(columns) {
+        // The swaps come one at a time, as in the factorisation: the lower factor's rows were not permuted afterwards.
+        for k in 0..n {
+            x.swap(k, pivots[k]);
+            let factor = -x[k];
+            add_one(&mut x[k + 1..n], &a[k * ld + k + 1..k * ld + n], factor);
+        }
+        for k in (0..n).rev() {
+            let column = &a[k * ld..k * ld + n];
+            x[k] /= column[k];
+            let factor = -x[k];
+            add_one(&mut x[..k], &column[..k], factor);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elimination_solves_a_system_that_needs_every_swap() {
+        let (n, ld) = (4, 5);
+        let rows = [[0.0, 2.0, 1.0, -1.0], [1e-3, 1.0, 0.0, 3.0], [4.0, -2.0, 0.5, 1.0], [2.0, 1.0, 7.0, 0.0]];
+        let solution = [1.0, -2.0, 0.5, 3.0];
+        let mut a = vec![0.0; ld * n];
+        let mut rhs = vec![0.0; ld];
+        for i in 0..n {
+            for j in 0..n {
+                a[j * ld + i] = rows[i][j];
+                rhs[i] += rows[i][j] * solution[j];
+            }
+        }
+        let mut pivots = [0; 4];
+        assert!(lu_factor(&mut a, ld, n, &mut pivots) > 0.0);
+        lu_solve(&a, ld, n, &pivots, &mut rhs, 1);
+        for i in 0..n {
+            assert!((rhs[i] - solution[i]).abs() < 1e-14, "{rhs:?}");
+        }
+        assert_eq!(lu_factor(&mut vec![0.0; 4], 2, 2, &mut pivots), 0.0, "a singular matrix is said so");
+    }
+}

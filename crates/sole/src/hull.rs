@@ -1,0 +1,55 @@
+//! Convex hull of the contact points.
+
+use nalgebra::Vector2;
+
+fn turn(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 {
+    (b - a).perp(&(c - a))
+}
+
+/// Corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+pub(crate) fn convex(points: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
+    let mut points: Vec<_> = points.collect();
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let chain = |points: &mut dyn Iterator<Item = Vector2<f64>>| {
+        let mut out: Vec<Vector2<f64>> = Vec::new();
+        for p in points {
+            while out.len() >= 2 && turn(&out[out.len() - 2], &out[out.len() - 1], &p) <= 0.0 {
+                out.pop();
+            }
+            out.push(p);
+        }
+        out.pop();
+        out
+    };
+    let mut lower = chain(&mut points.iter().copied());
+    let upper = chain(&mut points.iter().rev().copied());
+    lower.extend(upper);
+    lower
+}
+
+/// How far (m) a point lies outside a counter-clockwise polygon: the largest distance beyond an edge's line, 0 inside.
+pub(crate) fn distance_outside(polygon: impl Iterator<Item = Vector2<f64>> + Clone, p: &Vector2<f64>) -> f64 {
+    let next = polygon.clone().cycle().skip(1);
+    polygon.zip(next).fold(0.0, |worst, (a, b)| {
+        let edge = b - a;
+        worst.max(-turn(&a, &b, p) / edge.norm().max(f64::MIN_POSITIVE))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_with_points_inside_has_four_corners() {
+        let points = [(0.0, 0.0), (1.0, 0.0), (0.5, 0.5), (1.0, 1.0), (0.5, 0.0), (0.0, 1.0), (0.0, 0.0)];
+        let hull = convex(points.iter().map(|(x, y)| Vector2::new(*x, *y)));
+        assert_eq!(hull.len(), 4);
+        assert_eq!(distance_outside(hull.iter().copied(), &Vector2::new(0.3, 0.2)), 0.0);
+        assert!((distance_outside(hull.iter().copied(), &Vector2::new(1.25, 0.2)) - 0.25).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,59 @@
+//! Contact patches: a fine mesh condensed onto a coarse grid (method 2.6, beyond the paper).
+
+use crate::{Mesh, SoleError};
+
+/// For each point of a grid of `cells` over the bottom face the mesh nodes it stands for with weights
+/// `a_i N_j(x_i) / sum_i a_i N_j(x_i)`: nodal area times bilinear hat, normalised. A patch's position and displacement are the
+/// weighted means of its nodes', its force is spread with the same weights, so work is the same on both levels.
+pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Vec<Vec<(usize, f64)>>, SoleError> {
+    let (low, high) = mesh.contact.iter().fold(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]), |(low, high), i| {
+        let p = mesh.nodes[*i];
+        ([low[0].min(p.x), low[1].min(p.y)], [high[0].max(p.x), high[1].max(p.y)])
+    });
+    if cells.contains(&0) {
+        return Err(SoleError::EmptyBox {
+            size_m: [high[0] - low[0], high[1] - low[1], 0.0],
+            cells: [cells[0], cells[1], 1],
+        });
+    }
+    let mut area = vec![0.0; mesh.nodes.len()];
+    let mut is_contact = vec![false; mesh.nodes.len()];
+    for node in &mesh.contact {
+        is_contact[*node] = true;
+    }
+    for [a, b, c] in mesh.surface() {
+        if is_contact[a] && is_contact[b] && is_contact[c] {
+            let p = [a, b, c].map(|i| mesh.nodes[i]);
+            let third = (p[1] - p[0]).cross(&(p[2] - p[0])).norm() / 6.0;
+            for i in [a, b, c] {
+                area[i] += third;
+            }
+        }
+    }
+    // Value of hat `index` of `count` cells at the coordinate `s` in [0, count].
+    let hat = |s: f64, index: usize| (1.0 - (s - index as f64).abs()).max(0.0);
+    let mut patches = Vec::with_capacity((cells[0] + 1) * (cells[1] + 1));
+    for j in 0..=cells[1] {
+        for i in 0..=cells[0] {
+            let mut patch = Vec::new();
+            for node in &mesh.contact {
+                let p = mesh.nodes[*node];
+                let s = cells[0] as f64 * (p.x - low[0]) / (high[0] - low[0]);
+                let t = cells[1] as f64 * (p.y - low[1]) / (high[1] - low[1]);
+                let weight = area[*node] * hat(s, i) * hat(t, j);
+                if weight > 0.0 {
+                    patch.push((*node, weight));
+                }
+            }
+            let total: f64 = patch.iter().map(|(_, weight)| weight).sum();
+            if patch.is_empty() {
+                return Err(SoleError::EmptyPatch { column: i, row: j });
+            }
+            for (_, weight) in &mut patch {
+                *weight /= total;
+            }
+            patches.push(patch);
+        }
+    }
+    Ok(patches)
+}
