@@ -1,0 +1,242 @@
+//! One process's configuration: layers of tables, merged, read into settings.
+
+use crate::error::{ConfigError, Origin, Problem};
+use crate::locate::{line_at, line_of};
+use crate::setting::Setting;
+use serde::de::DeserializeOwned;
+use serde_path_to_error::Segment;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// Reads the configuration file of a process, changes single keys, and reads the result into settings.
+///
+/// # Errors
+/// Whatever is wrong with file, keys or values; the message names them and the remedy.
+pub fn load<T: DeserializeOwned>(path: &Path, settings: &[Setting]) -> Result<T, ConfigError> {
+    Config::read(path)?.with_settings(settings).parse()
+}
+
+/// A configuration in layers, the later ones replacing keys of the earlier ones.
+#[derive(Debug, Clone)]
+pub struct Config {
+    layers: Vec<Layer>,
+    merged: Table,
+}
+
+#[derive(Debug, Clone)]
+struct Layer {
+    source: Source,
+    table: Table,
+}
+
+#[derive(Debug, Clone)]
+enum Source {
+    /// A file with its text; `below` are the tables of the file in which the layer stands.
+    File {
+        path: PathBuf,
+        text: String,
+        below: Vec<String>,
+    },
+    CommandLine,
+}
+
+impl Source {
+    fn origin_of(&self, key: &[String]) -> Origin {
+        match self {
+            Self::File { path, text, below } => {
+                let full: Vec<String> = below.iter().chain(key).cloned().collect();
+                Origin::File { path: path.clone(), line: line_of(text, &full) }
+            }
+            Self::CommandLine => Origin::CommandLine,
+        }
+    }
+}
+
+impl Config {
+    /// Reads a file as the only layer.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no TOML.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.to_path_buf(),
+            wanted_by: None,
+            source,
+        })?;
+        Self::from_text(path, text)
+    }
+
+    /// Takes a text as the only layer; `path` says where it comes from.
+    ///
+    /// # Errors
+    /// If it is no TOML.
+    pub fn from_text(path: &Path, text: String) -> Result<Self, ConfigError> {
+        let table = parse_table(path, &text)?;
+        let source = Source::File { path: path.to_path_buf(), text, below: Vec::new() };
+        Ok(Self { layers: Vec::new(), merged: Table::new() }.with_layer(source, table))
+    }
+
+    /// Adds keys from a table of another file.
+    pub(crate) fn with_table(self, path: &Path, text: &str, below: &[&str], table: Table) -> Self {
+        let below = below.iter().map(|name| (*name).to_string()).collect();
+        self.with_layer(Source::File { path: path.to_path_buf(), text: text.to_string(), below }, table)
+    }
+
+    /// Changes single keys, as `--set` does.
+    pub fn with_settings(self, settings: &[Setting]) -> Self {
+        settings.iter().fold(self, |config, setting| config.with_layer(Source::CommandLine, setting.as_table()))
+    }
+
+    fn with_layer(mut self, source: Source, mut table: Table) -> Self {
+        let folder = match &source {
+            Source::File { path, .. } => path.parent().unwrap_or(Path::new(".")).to_path_buf(),
+            Source::CommandLine => PathBuf::from("."),
+        };
+        make_paths_absolute(&mut table, &folder);
+        merge(&mut self.merged, &table);
+        self.layers.push(Layer { source, table });
+        self
+    }
+
+    /// The merged table.
+    pub fn table(&self) -> &Table {
+        &self.merged
+    }
+
+    /// The merged configuration as TOML text.
+    pub fn effective_text(&self) -> String {
+        toml::to_string_pretty(&self.merged).expect("what was read from TOML can be written as TOML")
+    }
+
+    /// Reads the merged configuration into settings.
+    ///
+    /// # Errors
+    /// [`ConfigError::Key`] for the first key that is unknown, missing or has a wrong value.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigError> {
+        serde_path_to_error::deserialize(Value::Table(self.merged.clone())).map_err(|error| {
+            let path: Vec<String> = error.path().iter().filter_map(segment_name).collect();
+            self.explain(path, error.inner().message())
+        })
+    }
+
+    /// An error of ours out of serde's: where the key comes from and what it should have been.
+    fn explain(&self, mut key: Vec<String>, message: &str) -> ConfigError {
+        let message = message.trim();
+        let problem = if let Some((kind @ ("field" | "variant"), found, known)) = unknown_name(message) {
+            if kind == "field" && key.last() != Some(&found) {
+                key.push(found.clone());
+            }
+            Problem::Unknown { nearest: nearest(&found, &known), known }
+        } else if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
+            if key.last().is_none_or(|last| last != name) {
+                key.push(name.to_string());
+            }
+            Problem::Missing
+        } else {
+            Problem::Invalid { reason: message.to_string() }
+        };
+        ConfigError::Key { origin: self.origin_of(&key), key: key.join("."), problem }
+    }
+
+    /// An error about the value of a key, for checks that settings make themselves after reading.
+    pub fn invalid(&self, key: &str, reason: impl std::fmt::Display) -> ConfigError {
+        let path: Vec<String> = key.split('.').map(str::to_string).collect();
+        let problem = Problem::Invalid { reason: reason.to_string() };
+        ConfigError::Key { origin: self.origin_of(&path), key: key.to_string(), problem }
+    }
+
+    /// Where a key comes from: the last layer that has it, else the one that has most of its tables, else the first.
+    fn origin_of(&self, key: &[String]) -> Origin {
+        let depth = |layer: &Layer| depth_of(&Value::Table(layer.table.clone()), key);
+        // `max_by_key` takes the last of equals; a key that no layer has belongs into the first.
+        let best = self.layers.iter().max_by_key(|layer| depth(layer));
+        let best = best.filter(|layer| depth(layer) > 0).or(self.layers.first());
+        best.map_or(Origin::CommandLine, |layer| layer.source.origin_of(key))
+    }
+}
+
+pub(crate) fn parse_table(path: &Path, text: &str) -> Result<Table, ConfigError> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map(|span| line_at(text, span.start));
+        let origin = Origin::File { path: path.to_path_buf(), line };
+        ConfigError::Syntax { origin, reason: error.message().trim().to_string() }
+    })
+}
+
+/// How many parts of the key are there.
+fn depth_of(value: &Value, key: &[String]) -> usize {
+    let Some((first, rest)) = key.split_first() else { return 0 };
+    let below = match value {
+        Value::Table(table) => table.get(first),
+        Value::Array(array) => first.parse().ok().and_then(|index: usize| array.get(index)),
+        _ => None,
+    };
+    below.map_or(0, |below| 1 + depth_of(below, rest))
+}
+
+/// Replaces keys of `base` by those of `layer`, table by table; arrays are replaced as a whole.
+fn merge(base: &mut Table, layer: &Table) {
+    for (key, value) in layer {
+        match (base.get_mut(key), value) {
+            (Some(Value::Table(base)), Value::Table(layer)) => merge(base, layer),
+            _ => {
+                base.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
+
+/// Makes the paths in a table absolute against the folder of the file in which they stand.
+fn make_paths_absolute(table: &mut Table, folder: &Path) {
+    for (key, value) in table.iter_mut() {
+        let is_path = key == "robot" || key.ends_with("_file") || key.ends_with("_folder");
+        match value {
+            Value::Table(below) => make_paths_absolute(below, folder),
+            Value::String(path) if is_path && !path.is_empty() => {
+                // Without a working directory the path stays relative, and reading the file will say so.
+                if let Ok(absolute) = std::path::absolute(folder.join(&*path)) {
+                    *path = tidy(&absolute).display().to_string();
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Takes `..` and `.` out of an absolute path.
+fn tidy(path: &Path) -> PathBuf {
+    let mut tidy = PathBuf::new();
+    for part in path.components() {
+        match part {
+            std::path::Component::ParentDir => {
+                tidy.pop();
+            }
+            std::path::Component::CurDir => {}
+            other => tidy.push(other),
+        }
+    }
+    tidy
+}
+
+fn segment_name(segment: &Segment) -> Option<String> {
+    match segment {
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    }
+}
+
+/// Takes serde's "unknown field `x`, expected one of `a`, `b`" apart: what kind of name, which, and the known ones.
+fn unknown_name(message: &str) -> Option<(&str, String, Vec<String>)> {
+    let (kind, rest) = message.strip_prefix("unknown ")?.split_once(' ')?;
+    let mut quoted = rest.split('`').skip(1).step_by(2).map(str::to_string);
+    let found = quoted.next()?;
+    Some((kind, found, quoted.collect()))
+}
+
+/// The known name with the fewest letters wrong, if at most a third are.
+pub(crate) fn nearest(found: &str, known: &[String]) -> Option<String> {
+    let distance = |name: &String| strsim::damerau_levenshtein(found, name);
+    let best = known.iter().min_by_key(|name| distance(name))?;
+    (distance(best) <= (found.len() / 3).max(1)).then(|| best.clone())
+}

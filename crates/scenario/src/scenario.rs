@@ -1,0 +1,175 @@
+//! A scenario: the configurations of all processes.
+
+use crate::config::{Config, nearest, parse_table};
+use crate::error::{ConfigError, Origin, Problem};
+use crate::locate::line_of;
+use crate::setting::Setting;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// The processes a scenario may name.
+pub const PROCESSES: [&str; 5] = ["planner", "estimator", "controller", "simulator", "recorder"];
+
+/// A scenario, read and merged; every process's configuration is checked when it is parsed into its settings.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// The file's name without its ending.
+    pub name: String,
+    /// One sentence about it.
+    pub title: String,
+    /// The scenario's file.
+    pub path: PathBuf,
+    /// The robot's folder, absolute. Also in every process's configuration, as its key `robot`.
+    pub robot: PathBuf,
+    parts: BTreeMap<&'static str, Part>,
+}
+
+#[derive(Debug, Clone)]
+struct Part {
+    on: bool,
+    config: Config,
+}
+
+impl Scenario {
+    /// Reads a scenario and the configuration files it names, and changes single keys (`planner.gait.lambda=0.8`).
+    ///
+    /// # Errors
+    /// Whatever is wrong with files and the scenario's own keys.
+    pub fn load(path: &Path, settings: &[Setting]) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+            path: path.to_path_buf(),
+            wanted_by: None,
+            source,
+        })?;
+        let file = File { path, table: parse_table(path, &text)?, text: &text };
+        let mut top: Vec<&str> = vec!["robot", "title"];
+        top.extend(PROCESSES);
+        file.only_known_keys(&top)?;
+        for setting in settings {
+            let first = setting.key[0].as_str();
+            if !top.contains(&first) || (PROCESSES.contains(&first) && setting.key.len() == 1) {
+                let known: Vec<String> = top.iter().map(|name| (*name).to_string()).collect();
+                let problem = Problem::Unknown { nearest: nearest(first, &known), known };
+                return Err(ConfigError::Key { origin: Origin::CommandLine, key: setting.key.join("."), problem });
+            }
+        }
+        let robot = match settings.iter().rev().find(|setting| setting.key == ["robot"]) {
+            Some(setting) => setting.value.as_str().map(PathBuf::from).ok_or_else(|| ConfigError::Key {
+                origin: Origin::CommandLine,
+                key: "robot".to_string(),
+                problem: Problem::Invalid { reason: "must be the robot's folder".to_string() },
+            })?,
+            None => file.folder().join(file.text_at("robot")?),
+        };
+        let robot = robot.canonicalize().map_err(|source| ConfigError::Read {
+            path: robot.clone(),
+            wanted_by: Some(file.origin(&["robot"])),
+            source,
+        })?;
+        let mut parts = BTreeMap::new();
+        for process in PROCESSES {
+            let settings: Vec<Setting> = settings.iter().filter_map(|setting| setting.below(process)).collect();
+            if let Some(part) = file.part(process, &robot, &settings)? {
+                parts.insert(process, part);
+            }
+        }
+        let name = path.file_stem().map_or_else(|| "scenario".to_string(), |stem| stem.to_string_lossy().into_owned());
+        let title = file.table.get("title").and_then(Value::as_str).unwrap_or_default().to_string();
+        Ok(Self { name, title, path: path.to_path_buf(), robot, parts })
+    }
+
+    /// Whether a process is part of the scenario and on.
+    pub fn has(&self, process: &str) -> bool {
+        self.parts.get(process).is_some_and(|part| part.on)
+    }
+
+    /// The configuration of a process that is on.
+    ///
+    /// # Errors
+    /// [`Problem::Missing`] if the scenario lacks it.
+    pub fn config(&self, process: &str) -> Result<&Config, ConfigError> {
+        self.parts.get(process).filter(|part| part.on).map(|part| &part.config).ok_or_else(|| ConfigError::Key {
+            origin: Origin::File { path: self.path.clone(), line: None },
+            key: process.to_string(),
+            problem: Problem::Missing,
+        })
+    }
+
+    /// The processes that are on, in the order in which they are started.
+    pub fn processes(&self) -> impl Iterator<Item = (&'static str, &Config)> {
+        PROCESSES
+            .iter()
+            .filter_map(|name| self.parts.get(name).filter(|part| part.on).map(|part| (*name, &part.config)))
+    }
+}
+
+/// The scenario's file while it is read.
+struct File<'a> {
+    path: &'a Path,
+    text: &'a str,
+    table: Table,
+}
+
+impl File<'_> {
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new("."))
+    }
+
+    fn origin(&self, key: &[&str]) -> Origin {
+        let key: Vec<String> = key.iter().map(|part| (*part).to_string()).collect();
+        Origin::File { path: self.path.to_path_buf(), line: line_of(self.text, &key) }
+    }
+
+    fn error(&self, key: &[&str], problem: Problem) -> ConfigError {
+        ConfigError::Key { origin: self.origin(key), key: key.join("."), problem }
+    }
+
+    fn only_known_keys(&self, known: &[&str]) -> Result<(), ConfigError> {
+        let known: Vec<String> = known.iter().map(|name| (*name).to_string()).collect();
+        match self.table.keys().find(|key| !known.contains(key)) {
+            Some(key) => Err(self.error(&[key], Problem::Unknown { nearest: nearest(key, &known), known })),
+            None => Ok(()),
+        }
+    }
+
+    fn text_at(&self, key: &str) -> Result<&str, ConfigError> {
+        let value = self.table.get(key).ok_or_else(|| self.error(&[key], Problem::Missing))?;
+        value.as_str().ok_or_else(|| self.error(&[key], Problem::Invalid { reason: "must be a text".to_string() }))
+    }
+
+    /// The configuration of a process: its base file, the scenario's changes, the robot, the command line's changes.
+    fn part(&self, process: &str, robot: &Path, settings: &[Setting]) -> Result<Option<Part>, ConfigError> {
+        let invalid = |key: &[&str], reason: &str| self.error(key, Problem::Invalid { reason: reason.to_string() });
+        let Some(value) = self.table.get(process) else { return Ok(None) };
+        let Value::Table(mut changes) = value.clone() else { return Err(invalid(&[process], "must be a table")) };
+        let mut on = match changes.remove("on") {
+            None => true,
+            Some(Value::Boolean(on)) => on,
+            Some(_) => return Err(invalid(&[process, "on"], "must be true or false")),
+        };
+        let mut kept = Vec::new();
+        for setting in settings {
+            match (setting.key.as_slice(), &setting.value) {
+                ([key], Value::Boolean(value)) if key == "on" => on = *value,
+                _ => kept.push(setting.clone()),
+            }
+        }
+        let config = match changes.remove("config") {
+            Some(Value::String(base)) => {
+                let base = self.folder().join(base);
+                Config::read(&base).map_err(|error| match error {
+                    ConfigError::Read { path, source, .. } => {
+                        ConfigError::Read { path, source, wanted_by: Some(self.origin(&[process, "config"])) }
+                    }
+                    other => other,
+                })?
+            }
+            Some(_) => return Err(invalid(&[process, "config"], "must be the path of a configuration file")),
+            None => return Err(self.error(&[process, "config"], Problem::Missing)),
+        };
+        changes.insert("robot".to_string(), Value::String(robot.display().to_string()));
+        let config = config.with_table(self.path, self.text, &[process], changes).with_settings(&kept);
+        Ok(Some(Part { on, config }))
+    }
+}

@@ -1,0 +1,218 @@
+//! Layers, and every way in which a configuration can be wrong.
+
+use scenario::{Config, ConfigError, Problem, Scenario, Setting};
+use serde::Deserialize;
+use std::path::Path;
+
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct Planner {
+    robot: Option<String>,
+    mesh_file: Option<String>,
+    gait: Gait,
+    footsteps: Vec<Footstep>,
+}
+
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct Gait {
+    lambda: f64,
+    step_duration_s: f64,
+    level: Level,
+}
+
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct Footstep {
+    x_m: f64,
+}
+
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum Level {
+    Rigid,
+    Fem,
+}
+
+const PLANNER: &str = r#"
+mesh_file = "sole.msh"
+footsteps = [ { x_m = 0.1 }, { x_m = 0.2 } ]
+
+[gait]
+lambda = 0.6
+step_duration_s = 1
+level = "fem"
+"#;
+
+fn parse(text: &str, settings: &[&str]) -> Result<Planner, ConfigError> {
+    let settings: Vec<Setting> = settings.iter().map(|text| text.parse().expect("a setting")).collect();
+    Config::from_text(Path::new("/here/planner.toml"), text.to_string())?.with_settings(&settings).parse()
+}
+
+fn message(text: &str, settings: &[&str]) -> String {
+    parse(text, settings).expect_err("it is wrong").to_string()
+}
+
+#[test]
+fn later_layers_replace_single_keys_and_paths_become_absolute() {
+    let planner = parse(PLANNER, &["gait.lambda=0.8", "gait.level=rigid"]).expect("correct");
+    assert_eq!(planner.gait, Gait { lambda: 0.8, step_duration_s: 1.0, level: Level::Rigid });
+    assert_eq!(planner.mesh_file.as_deref(), Some("/here/sole.msh"));
+    assert_eq!(planner.footsteps, [Footstep { x_m: 0.1 }, Footstep { x_m: 0.2 }]);
+}
+
+#[test]
+fn an_unknown_key_names_file_line_and_the_nearest_known_one() {
+    assert_eq!(
+        message(&PLANNER.replace("lambda", "lamda"), &[]),
+        "/here/planner.toml:6: `gait.lamda`: unknown; did you mean `lambda`?"
+    );
+    assert_eq!(
+        message(PLANNER, &["gait.lamda=1"]),
+        "command line (--set): `gait.lamda`: unknown; did you mean `lambda`?"
+    );
+    assert_eq!(
+        message(PLANNER, &["gait.zzz=1"]),
+        "command line (--set): `gait.zzz`: unknown; known here: lambda, step_duration_s, level"
+    );
+    assert_eq!(
+        message(&PLANNER.replace("{ x_m = 0.2 }", "{ xm = 0.2 }"), &[]),
+        "/here/planner.toml:3: `footsteps.1.xm`: unknown; did you mean `x_m`?"
+    );
+}
+
+#[test]
+fn an_unknown_choice_names_the_nearest_known_one() {
+    assert_eq!(
+        message(&PLANNER.replace("\"fem\"", "\"fam\""), &[]),
+        "/here/planner.toml:8: `gait.level`: unknown; did you mean `fem`?"
+    );
+}
+
+#[test]
+fn a_wrong_type_names_what_was_found_and_expected() {
+    assert_eq!(
+        message(&PLANNER.replace("0.6", "\"much\""), &[]),
+        "/here/planner.toml:6: `gait.lambda`: invalid type: string \"much\", expected f64"
+    );
+    assert!(message(PLANNER, &["gait=3"]).starts_with("command line (--set): `gait`: invalid type: integer `3`"));
+}
+
+#[test]
+fn a_missing_key_is_named_with_its_file() {
+    assert_eq!(
+        message(&PLANNER.replace("lambda = 0.6", ""), &[]),
+        "/here/planner.toml:5: `gait.lambda`: missing; the configuration that ships documents it, copy it from there"
+    );
+}
+
+#[test]
+fn broken_toml_names_the_line() {
+    let message = message(&PLANNER.replace("= 0.6", "= = 0.6"), &[]);
+    assert!(message.starts_with("/here/planner.toml:6: not valid TOML: "), "{message}");
+}
+
+#[test]
+fn settings_are_toml_values_or_else_texts() {
+    let value = |text: &str| text.parse::<Setting>().expect("a setting").value;
+    assert_eq!(value("a=1"), toml::Value::Integer(1));
+    assert_eq!(value("a.b=[1.5]"), toml::Value::Array(vec![toml::Value::Float(1.5)]));
+    assert_eq!(value("a=true"), toml::Value::Boolean(true));
+    assert_eq!(value("a=../x/y"), toml::Value::String("../x/y".to_string()));
+    assert!("a".parse::<Setting>().is_err());
+    assert!("=1".parse::<Setting>().is_err());
+    assert!("a..b=1".parse::<Setting>().is_err());
+}
+
+struct Files(tempfile::TempDir);
+
+impl Files {
+    fn new(scenario: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir_all(folder.path().join("robots/hrp4")).expect("writable");
+        std::fs::write(folder.path().join("planner.toml"), PLANNER).expect("writable");
+        std::fs::create_dir(folder.path().join("scenarios")).expect("writable");
+        std::fs::write(folder.path().join("scenarios/flat.toml"), scenario).expect("writable");
+        Self(folder)
+    }
+
+    fn load(&self, settings: &[&str]) -> Result<Scenario, ConfigError> {
+        let settings: Vec<Setting> = settings.iter().map(|text| text.parse().expect("a setting")).collect();
+        Scenario::load(&self.0.path().join("scenarios/flat.toml"), &settings)
+    }
+
+    fn message(&self, settings: &[&str]) -> String {
+        let message = self.load(settings).expect_err("it is wrong").to_string();
+        message.replace(&self.0.path().display().to_string(), "")
+    }
+}
+
+const FLAT: &str = r#"robot = "../robots/hrp4"
+title = "On flat ground."
+[planner]
+config = "../planner.toml"
+gait.lambda = 0.7
+"#;
+
+#[test]
+fn a_scenario_changes_the_files_it_names_and_the_command_line_changes_both() {
+    let files = Files::new(FLAT);
+    let lambda = |settings: &[&str]| {
+        let scenario = files.load(settings).expect("correct");
+        scenario.config("planner").expect("on").parse::<Planner>().expect("correct").gait.lambda
+    };
+    assert_eq!(lambda(&[]), 0.7);
+    assert_eq!(lambda(&["planner.gait.lambda=0.9"]), 0.9);
+    let scenario = files.load(&[]).expect("correct");
+    assert_eq!((scenario.name.as_str(), scenario.title.as_str()), ("flat", "On flat ground."));
+    let planner: Planner = scenario.config("planner").expect("on").parse().expect("correct");
+    let root = files.0.path().canonicalize().expect("it is there");
+    assert_eq!(planner.robot.expect("given to every process"), root.join("robots/hrp4").display().to_string());
+    assert_eq!(planner.mesh_file.expect("in the file"), files.0.path().join("sole.msh").display().to_string());
+}
+
+#[test]
+fn what_is_stored_reads_back_as_the_same_configuration() {
+    let scenario = Files::new(FLAT).load(&["planner.gait.level=rigid"]).expect("correct");
+    let config = scenario.config("planner").expect("on");
+    let again = Config::from_text(Path::new("/run/planner.toml"), config.effective_text()).expect("correct");
+    assert_eq!(again.table(), config.table());
+}
+
+#[test]
+fn processes_can_be_switched_off() {
+    let files = Files::new(FLAT);
+    assert!(files.load(&[]).expect("correct").has("planner"));
+    let without = files.load(&["planner.on=false"]).expect("correct");
+    assert!(!without.has("planner"));
+    assert!(matches!(without.config("planner"), Err(ConfigError::Key { problem: Problem::Missing, .. })));
+    assert_eq!(without.processes().count(), 0);
+}
+
+#[test]
+fn mistakes_in_the_scenario_are_found_where_they_are() {
+    assert_eq!(
+        Files::new("[plannr]").message(&[]),
+        "/scenarios/flat.toml:1: `plannr`: unknown; did you mean `planner`?"
+    );
+    assert_eq!(
+        Files::new(FLAT).message(&["planer.x=1"]),
+        "command line (--set): `planer.x`: unknown; did you mean `planner`?"
+    );
+    let no_file = Files::new(&FLAT.replace("planner.toml", "plan.toml")).message(&[]);
+    assert_eq!(no_file, "cannot read /scenarios/../plan.toml (named in /scenarios/flat.toml:4): check the path");
+    let no_robot = Files::new(&FLAT.replace("hrp4", "hrp5")).message(&[]);
+    assert!(
+        no_robot.starts_with("cannot read /scenarios/../robots/hrp5 (named in /scenarios/flat.toml:1)"),
+        "{no_robot}"
+    );
+    let in_scenario =
+        Files::new(&FLAT.replace("gait.lambda = 0.7", "gait.lamda = 0.7")).load(&[]).expect("not yet parsed");
+    let error = in_scenario.config("planner").expect("on").parse::<Planner>().expect_err("unknown key").to_string();
+    assert!(error.ends_with("/scenarios/flat.toml:5: `gait.lamda`: unknown; did you mean `lambda`?"), "{error}");
+    assert!(
+        Files::new(&FLAT.replace("config = \"../planner.toml\"", ""))
+            .message(&[])
+            .contains("`planner.config`: missing")
+    );
+}
