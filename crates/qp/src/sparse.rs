@@ -1,6 +1,6 @@
 //! Sparse problems: matrices by compressed columns, assembled from triplets.
 
-use crate::Residuals;
+use crate::{Report, Residuals};
 use nalgebra::DVector;
 
 /// Entries `(row, column, value)` in any order; entries at the same place add up.
@@ -344,5 +344,24 @@ impl QuadraticProgram {
             }
         }
         Residuals { stationarity, feasibility, complementarity }
+    }
+
+    /// Of an infeasible problem: however `x` is chosen, with the equalities met some inequality or bound is violated by at
+    /// least this much. From the certificate `A' y_eq + C' y_in + y_bound = 0`: the sum of all `|y| * violation` is at least
+    /// minus the support value `b' y_eq + sum (y > 0: u y, y < 0: l y)`.
+    #[must_use]
+    pub fn least_violation(&self, report: &Report) -> f64 {
+        let side = |y: f64, lower: f64, upper: f64| match y {
+            y if y > 0.0 && upper.is_finite() => upper * y,
+            y if y < 0.0 && lower.is_finite() => lower * y,
+            _ => 0.0,
+        };
+        let sum = |y: &DVector<f64>, lower: &DVector<f64>, upper: &DVector<f64>| {
+            y.iter().zip(lower).zip(upper).map(|((y, l), u)| side(*y, *l, *u)).sum::<f64>()
+        };
+        let support =
+            self.b.dot(&report.y_eq) + sum(&report.y_in, &self.l, &self.u) + sum(&report.y_bound, &self.lb, &self.ub);
+        let total: f64 = report.y_in.iter().chain(&report.y_bound).map(|y| y.abs()).sum();
+        if total > 0.0 { (-support / total).max(0.0) } else { 0.0 }
     }
 }

@@ -1,0 +1,212 @@
+//! Inequalities: ZMPs inside the soles, footsteps that legs and shins allow.
+
+use crate::layout::Stand;
+use crate::{GaitError, GaitSettings};
+use pattern::{PhaseKind, Side};
+use std::fmt;
+
+/// Which ZMP a row keeps in its polygon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZmpOf {
+    /// The robot's, in single support.
+    Robot,
+    /// Foot 1's, in double support.
+    Foot1,
+    /// Foot 2's, in double support.
+    Foot2,
+}
+
+/// What a row says, for people.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RowLabel {
+    /// A ZMP inside the shrunk sole.
+    Zmp {
+        /// Whose.
+        of: ZmpOf,
+        /// Index of the phase.
+        phase: usize,
+        /// Part of the walk.
+        kind: PhaseKind,
+        /// The swing that the phase carries out, prepares or follows.
+        step: u32,
+        /// The foot whose sole it is.
+        foot: Side,
+        /// Walk time (s).
+        time_s: f64,
+        /// 0: along the foot, 1: across.
+        direction: usize,
+    },
+    /// Distance along the stance foot.
+    StepLength {
+        /// Landing.
+        step: u32,
+    },
+    /// Distance between inner edges.
+    FeetGap {
+        /// Landing.
+        step: u32,
+    },
+    /// Distance across the stance foot.
+    StepWidth {
+        /// Landing.
+        step: u32,
+    },
+    /// The COM's velocity does not jump; at both ends it is zero.
+    ComVelocity {
+        /// Walk time (s).
+        time_s: f64,
+    },
+}
+
+impl fmt::Display for RowLabel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Zmp { of, phase, kind, step, foot, time_s, direction } => {
+                let whose = match of {
+                    ZmpOf::Robot => "ZMP",
+                    ZmpOf::Foot1 => "ZMP of foot 1",
+                    ZmpOf::Foot2 => "ZMP of foot 2",
+                };
+                let direction = if *direction == 0 { "along" } else { "across" };
+                write!(
+                    f,
+                    "{whose} {direction} the {foot:?} sole at {time_s:.3} s (step {step}, {kind:?}, phase {phase})"
+                )
+            }
+            Self::StepLength { step } => write!(f, "length of step {step}"),
+            Self::FeetGap { step } => write!(f, "gap between the feet at step {step}"),
+            Self::StepWidth { step } => write!(f, "width of step {step}"),
+            Self::ComVelocity { time_s } => write!(f, "COM velocity at {time_s:.3} s"),
+        }
+    }
+}
+
+/// The sole as seen from the ankle, in the axes of the foot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outline {
+    /// Rear and front edge (m).
+    pub x: [f64; 2],
+    /// Right and left edge (m).
+    pub y: [f64; 2],
+}
+
+impl Outline {
+    /// The rectangle of a foot, shrunk by `margin_m` on each side.
+    pub fn new(settings: &GaitSettings, side: Side, margin_m: f64) -> Self {
+        let sole = &settings.sole;
+        let [ankle_x, ankle_y] = [sole.left_ankle_in_sole_m[0], side.sign() * sole.left_ankle_in_sole_m[1]];
+        let (length, width) = (sole.length_m / 2.0 - margin_m, sole.width_m / 2.0 - margin_m);
+        Self { x: [-length - ankle_x, length - ankle_x], y: [-width - ankle_y, width - ankle_y] }
+    }
+
+    /// Distance of the inner edge from the ankle (m), towards the other foot.
+    pub fn inner(&self, side: Side) -> f64 {
+        match side {
+            Side::Left => -self.y[0],
+            Side::Right => self.y[1],
+        }
+    }
+}
+
+/// `lower <= direction . (p_landing - p_stance) <= upper`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepRule {
+    /// What it is about.
+    pub label: RowLabel,
+    /// Words for it.
+    pub rule: &'static str,
+    /// Unit vector.
+    pub direction: [f64; 2],
+    /// Lower side (m).
+    pub lower: f64,
+    /// Upper side (m).
+    pub upper: f64,
+    /// Added to the measured value when it is told to people (m): from ankle distance to gap.
+    pub offset: f64,
+}
+
+/// The rules of one landing beside the stance foot, linear because both headings are given.
+///
+/// Gap: every corner of the landing foot's inner edge keeps its distance from the stance foot's inner edge (as an infinite
+/// line), and every corner of the stance foot's from the landing foot's.
+pub fn step_rules(landing: &Stand, stance: &Stand, settings: &GaitSettings) -> [StepRule; 4] {
+    let (limits, step) = (&settings.limits, landing.step);
+    let sigma = landing.side.sign();
+    let axes = |yaw: f64| {
+        let (sin, cos) = yaw.sin_cos();
+        ([cos, sin], [-sin, cos])
+    };
+    let ((e1, e2), (l1, l2)) = (axes(stance.guess.yaw_rad), axes(landing.guess.yaw_rad));
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let (landing_sole, stance_sole) =
+        (Outline::new(settings, landing.side, 0.0), Outline::new(settings, stance.side, 0.0));
+    let (inner_landing, inner_stance) = (landing_sole.inner(landing.side), stance_sole.inner(stance.side));
+    // Inner corners from their own ankle, in world axes; the landing foot's inner side points to -sigma.
+    let corner = |x: f64, y: f64, (a, b): ([f64; 2], [f64; 2])| [x * a[0] + y * b[0], x * a[1] + y * b[1]];
+    let reach_of_landing = (landing_sole.x.map(|x| -sigma * dot(e2, corner(x, -sigma * inner_landing, (l1, l2)))))
+        .into_iter()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let reach_of_stance = (stance_sole.x.map(|x| sigma * dot(l2, corner(x, sigma * inner_stance, (e1, e2)))))
+        .into_iter()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let gap = |across: [f64; 2], own: f64, reach: f64| StepRule {
+        label: RowLabel::FeetGap { step },
+        rule: "gap to the other foot",
+        direction: across.map(|c| sigma * c),
+        lower: limits.feet_gap_min_m + own + reach,
+        upper: f64::INFINITY,
+        offset: -own - reach,
+    };
+    [
+        StepRule {
+            label: RowLabel::StepLength { step },
+            rule: "distance along the stance foot",
+            direction: e1,
+            lower: -limits.step_length_max_m,
+            upper: limits.step_length_max_m,
+            offset: 0.0,
+        },
+        StepRule {
+            label: RowLabel::StepWidth { step },
+            rule: "distance across the stance foot",
+            direction: e2.map(|c| sigma * c),
+            lower: f64::NEG_INFINITY,
+            upper: limits.step_width_max_m,
+            offset: 0.0,
+        },
+        gap(e2, inner_stance, reach_of_landing),
+        gap(l2, inner_landing, reach_of_stance),
+    ]
+}
+
+/// Whether two prescribed stands keep the rules.
+///
+/// # Errors
+/// The first rule that is broken, with both numbers. Rounding of the footholds' coordinates is forgiven.
+pub fn check_prescribed(landing: &Stand, stance: &Stand, settings: &GaitSettings) -> Result<(), GaitError> {
+    let (a, b) = (landing.guess.position(), stance.guess.position());
+    let rounding = 8.0 * f64::EPSILON * (1.0 + a.amax().max(b.amax()));
+    for rule in step_rules(landing, stance, settings) {
+        let value = rule.direction[0] * (a.x - b.x) + rule.direction[1] * (a.y - b.y);
+        let error = |found: f64, limit: f64, at_least: bool| GaitError::Step {
+            step: landing.step,
+            foot: landing.side,
+            rule: rule.rule,
+            found_m: found + rule.offset,
+            limit_m: limit + rule.offset,
+            at_least,
+        };
+        if value > rule.upper + rounding {
+            return Err(error(value, rule.upper, false));
+        }
+        if value < rule.lower - rounding {
+            // Backwards: distances are told as positive numbers.
+            return Err(if rule.upper == -rule.lower {
+                error(-value, rule.upper, false)
+            } else {
+                error(value, rule.lower, true)
+            });
+        }
+    }
+    Ok(())
+}

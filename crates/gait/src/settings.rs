@@ -1,0 +1,401 @@
+//! A gait configuration: what a person writes, with its units, checked before anything is built from it.
+
+use crate::GaitError;
+use pattern::Side;
+use serde::{Deserialize, Serialize};
+
+/// Everything the planner is told. Every table and every key may be left out; what stands in for it is HRP-4's walk of
+/// 11 swings over 0.5 m.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GaitSettings {
+    /// The robot as a cart on a table.
+    pub body: BodySettings,
+    /// Outline of the soles.
+    pub sole: SoleOutline,
+    /// Where the walk begins.
+    pub start: StartSettings,
+    /// Where the feet go.
+    pub walk: Walk,
+    /// How long the phases last.
+    pub timing: TimingSettings,
+    /// What is minimised.
+    pub cost: CostSettings,
+    /// What must hold.
+    pub limits: LimitSettings,
+    /// The foot in the air.
+    pub swing: SwingSettings,
+    /// How finely the problem is written.
+    pub discretisation: DiscretisationSettings,
+    /// How precisely it is solved.
+    pub solver: SolverSettings,
+}
+
+/// Cart-table model, equation (8) and the ankle torques of (6).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodySettings {
+    /// `M` (kg): scales forces and torques.
+    pub mass_kg: f64,
+    /// `g` (m/s^2).
+    pub gravity_m_per_s2: f64,
+    /// `z_COM` (m) above the ground, sole included: the pendulum's frequency is `sqrt(g / z_COM)`.
+    pub com_height_m: f64,
+    /// `z_a` (m): height of the ankle above the ground, sole included.
+    pub ankle_height_m: f64,
+}
+
+impl Default for BodySettings {
+    fn default() -> Self {
+        Self { mass_kg: 39.0, gravity_m_per_s2: 9.81, com_height_m: 0.790, ankle_height_m: 0.103 }
+    }
+}
+
+/// Rectangle of the sole and where the ankle stands on it. The right sole is the mirror image of the left one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SoleOutline {
+    /// Along x (m).
+    pub length_m: f64,
+    /// Along y (m).
+    pub width_m: f64,
+    /// Projection of the left ankle in the sole frame, whose origin is the centre of the sole (m).
+    pub left_ankle_in_sole_m: [f64; 2],
+}
+
+impl Default for SoleOutline {
+    fn default() -> Self {
+        Self { length_m: 0.23, width_m: 0.13, left_ankle_in_sole_m: [-0.015, -0.011] }
+    }
+}
+
+/// Pose of the robot before the first step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StartSettings {
+    /// Midpoint of the ankles (m).
+    pub x_m: f64,
+    /// Midpoint of the ankles (m).
+    pub y_m: f64,
+    /// Heading of both feet (rad).
+    pub yaw_rad: f64,
+    /// Distance between the ankles (m), at the start and, on straight walks, all the time.
+    pub ankle_distance_m: f64,
+    /// The foot that leaves the ground first.
+    pub first_swing: Side,
+}
+
+impl Default for StartSettings {
+    fn default() -> Self {
+        Self { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0, ankle_distance_m: 0.163, first_swing: Side::Right }
+    }
+}
+
+/// Where the feet go, in the frame of the starting pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Walk {
+    /// Forward (backward if negative): swing q lands `q` step lengths ahead, the last one beside the one before.
+    Straight {
+        /// N.
+        swings: u32,
+        /// Advance of the body per swing (m).
+        step_length_m: f64,
+    },
+    /// To the left (to the right if negative): the leading foot opens by the width, the other one closes.
+    Sideways {
+        /// N.
+        swings: u32,
+        /// By how much the leading foot opens (m).
+        step_width_m: f64,
+    },
+    /// On a circle to the left (to the right if the radius is negative).
+    Circle {
+        /// N.
+        swings: u32,
+        /// Advance along the circle per swing (m).
+        step_length_m: f64,
+        /// Radius of the path of the feet's midpoint (m).
+        radius_m: f64,
+    },
+    /// On the spot, turning by an angle at every swing.
+    InPlace {
+        /// N.
+        swings: u32,
+        /// Turn to the left per swing (rad).
+        turn_per_swing_rad: f64,
+    },
+    /// Straight ahead by a distance; all landings but the last two are chosen by the optimisation.
+    Free {
+        /// N.
+        swings: u32,
+        /// How far the feet's midpoint gets (m).
+        distance_m: f64,
+    },
+    /// Prescribed landings.
+    Path {
+        /// One landing after the other, feet alternating.
+        landings: Vec<Landing>,
+    },
+}
+
+impl Default for Walk {
+    fn default() -> Self {
+        Self::Straight { swings: 11, step_length_m: 0.05 }
+    }
+}
+
+/// One prescribed landing of the ankle's projection, in the frame of the starting pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Landing {
+    /// Which foot.
+    pub foot: Side,
+    /// Forward (m).
+    pub x_m: f64,
+    /// To the left (m).
+    pub y_m: f64,
+    /// Heading (rad).
+    #[serde(default)]
+    pub yaw_rad: f64,
+    /// Whether the position is only a first guess that the optimisation may move. Never the last two.
+    #[serde(default)]
+    pub free: bool,
+}
+
+/// Durations. A step is a single support with the double support that follows it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TimingSettings {
+    /// Double support before the first swing (s).
+    pub start_s: f64,
+    /// Every single support (s).
+    pub single_support_s: f64,
+    /// Every double support between two swings (s).
+    pub double_support_s: f64,
+    /// Double support after the last swing (s).
+    pub stop_s: f64,
+    /// Single supports one by one (s), if they differ: N numbers, or none.
+    pub single_support_each_s: Vec<f64>,
+    /// Double supports one by one (s), if they differ: N - 1 numbers, or none.
+    pub double_support_each_s: Vec<f64>,
+}
+
+impl Default for TimingSettings {
+    fn default() -> Self {
+        Self {
+            start_s: 0.81,
+            single_support_s: 0.80,
+            double_support_s: 0.40,
+            stop_s: 0.81,
+            single_support_each_s: Vec::new(),
+            double_support_each_s: Vec::new(),
+        }
+    }
+}
+
+/// Weights of (4).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CostSettings {
+    /// 0: only ankle torques count, 1: only the horizontal force on the COM.
+    pub lambda: f64,
+    /// Weight of the accelerations of the two feet's ZMPs in double support, beside forces in N. Useful: 0 to 100.
+    pub mu: f64,
+}
+
+impl Default for CostSettings {
+    fn default() -> Self {
+        Self { lambda: 0.6, mu: 15.0 }
+    }
+}
+
+/// Inequalities.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LimitSettings {
+    /// By how much the sole's rectangle is shrunk on each side for the ZMPs (m): 5 to 10 % of the length.
+    pub zmp_margin_m: f64,
+    /// Least distance between the inner edges of the soles (m).
+    pub feet_gap_min_m: f64,
+    /// Largest distance between the ankles along the stance foot (m).
+    pub step_length_max_m: f64,
+    /// Largest distance between the ankles across the stance foot (m).
+    pub step_width_max_m: f64,
+}
+
+impl Default for LimitSettings {
+    fn default() -> Self {
+        Self { zmp_margin_m: 0.02, feet_gap_min_m: 0.03, step_length_max_m: 0.30, step_width_max_m: 0.35 }
+    }
+}
+
+/// The foot in the air.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SwingSettings {
+    /// Height of the highest point above the stance (m).
+    pub apex_m: f64,
+}
+
+impl Default for SwingSettings {
+    fn default() -> Self {
+        Self { apex_m: 0.04 }
+    }
+}
+
+/// How finely the problem is written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct DiscretisationSettings {
+    /// Evenly spaced instants per polynomial at which the ZMPs must lie in their polygon, both ends included; at least 3.
+    pub samples_per_polynomial: u32,
+    /// Gauss-Legendre nodes per panel of a polynomial; at least 6, with which products of quintics are exact.
+    pub quadrature_nodes: u32,
+    /// Polynomials per single support between the first and the last one, which have one.
+    pub single_support_polynomials: u32,
+}
+
+impl Default for DiscretisationSettings {
+    fn default() -> Self {
+        Self { samples_per_polynomial: 11, quadrature_nodes: 12, single_support_polynomials: 2 }
+    }
+}
+
+/// How precisely the problem is solved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverSettings {
+    /// Tolerance on residuals and gap of the scaled problem.
+    pub tolerance: f64,
+    /// Limit of interior-point iterations.
+    pub iterations_max: u32,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, iterations_max: 200 }
+    }
+}
+
+impl GaitSettings {
+    /// Every number lies in its range.
+    ///
+    /// # Errors
+    /// The first field that does not, with its value and what to do.
+    pub fn validate(&self) -> Result<(), GaitError> {
+        let check = |field: &'static str, value: f64, ok: bool, remedy: &'static str| {
+            if ok && value.is_finite() { Ok(()) } else { Err(GaitError::Setting { field, value, remedy }) }
+        };
+        let positive = |field, value: f64| check(field, value, value > 0.0, "give a positive number");
+        let finite = |field, value: f64| check(field, value, true, "give a finite number");
+        let not_negative = |field, value: f64| check(field, value, value >= 0.0, "give zero or a positive number");
+        let duration = |field, value: f64| {
+            check(field, value, (0.05..=60.0).contains(&value), "durations may lie between 0.05 s and 60 s")
+        };
+        let (body, sole, start, limits) = (&self.body, &self.sole, &self.start, &self.limits);
+        positive("body.mass_kg", body.mass_kg)?;
+        positive("body.gravity_m_per_s2", body.gravity_m_per_s2)?;
+        let height_ok = (0.1..=10.0).contains(&body.com_height_m);
+        check("body.com_height_m", body.com_height_m, height_ok, "heights may lie between 0.1 m and 10 m")?;
+        not_negative("body.ankle_height_m", body.ankle_height_m)?;
+        positive("sole.length_m", sole.length_m)?;
+        positive("sole.width_m", sole.width_m)?;
+        let [ankle_x, ankle_y] = sole.left_ankle_in_sole_m;
+        let inside = "the ankle must stand over the sole";
+        check("sole.left_ankle_in_sole_m[0]", ankle_x, ankle_x.abs() < sole.length_m / 2.0, inside)?;
+        check("sole.left_ankle_in_sole_m[1]", ankle_y, ankle_y.abs() < sole.width_m / 2.0, inside)?;
+        finite("start.x_m", start.x_m)?;
+        finite("start.y_m", start.y_m)?;
+        finite("start.yaw_rad", start.yaw_rad)?;
+        positive("start.ankle_distance_m", start.ankle_distance_m)?;
+
+        duration("timing.start_s", self.timing.start_s)?;
+        duration("timing.single_support_s", self.timing.single_support_s)?;
+        duration("timing.double_support_s", self.timing.double_support_s)?;
+        duration("timing.stop_s", self.timing.stop_s)?;
+        self.timing.single_support_each_s.iter().try_for_each(|s| duration("timing.single_support_each_s", *s))?;
+        self.timing.double_support_each_s.iter().try_for_each(|s| duration("timing.double_support_each_s", *s))?;
+
+        let lambda = self.cost.lambda;
+        check("cost.lambda", lambda, (0.0..=1.0).contains(&lambda), "lambda lies between 0 and 1")?;
+        not_negative("cost.mu", self.cost.mu)?;
+
+        not_negative("limits.zmp_margin_m", limits.zmp_margin_m)?;
+        let half = sole.length_m.min(sole.width_m) / 2.0;
+        if limits.zmp_margin_m >= half {
+            return Err(GaitError::EmptyPolygon { margin_m: limits.zmp_margin_m, half_size_m: half });
+        }
+        finite("limits.feet_gap_min_m", limits.feet_gap_min_m)?;
+        positive("limits.step_length_max_m", limits.step_length_max_m)?;
+        positive("limits.step_width_max_m", limits.step_width_max_m)?;
+        not_negative("swing.apex_m", self.swing.apex_m)?;
+
+        let d = &self.discretisation;
+        let samples = f64::from(d.samples_per_polynomial);
+        check("discretisation.samples_per_polynomial", samples, samples >= 3.0, "give at least 3")?;
+        let nodes = f64::from(d.quadrature_nodes);
+        check("discretisation.quadrature_nodes", nodes, (6.0..=64.0).contains(&nodes), "give 6 to 64")?;
+        let pieces = f64::from(d.single_support_polynomials);
+        check("discretisation.single_support_polynomials", pieces, pieces >= 1.0, "give at least 1")?;
+        let tolerance = self.solver.tolerance;
+        check("solver.tolerance", tolerance, (1e-13..=1e-3).contains(&tolerance), "give 1e-13 to 1e-3")?;
+        check(
+            "solver.iterations_max",
+            f64::from(self.solver.iterations_max),
+            self.solver.iterations_max > 0,
+            "give at least 1",
+        )?;
+        self.validate_walk(check)
+    }
+
+    fn validate_walk(
+        &self,
+        check: impl Fn(&'static str, f64, bool, &'static str) -> Result<(), GaitError>,
+    ) -> Result<(), GaitError> {
+        let count = |swings: u32| check("walk.swings", f64::from(swings), swings >= 1, "a walk has at least one swing");
+        let finite = |field, value: f64| check(field, value, true, "give a finite number");
+        let swings = match &self.walk {
+            Walk::Straight { swings, step_length_m } => {
+                finite("walk.step_length_m", *step_length_m)?;
+                *swings
+            }
+            Walk::Sideways { swings, step_width_m } => {
+                finite("walk.step_width_m", *step_width_m)?;
+                *swings
+            }
+            Walk::Circle { swings, step_length_m, radius_m } => {
+                finite("walk.step_length_m", *step_length_m)?;
+                check("walk.radius_m", *radius_m, *radius_m != 0.0, "for a turn on the spot use kind = \"in_place\"")?;
+                *swings
+            }
+            Walk::InPlace { swings, turn_per_swing_rad } => {
+                finite("walk.turn_per_swing_rad", *turn_per_swing_rad)?;
+                *swings
+            }
+            Walk::Free { swings, distance_m } => {
+                finite("walk.distance_m", *distance_m)?;
+                *swings
+            }
+            Walk::Path { landings } => {
+                for landing in landings {
+                    finite("walk.landings.x_m", landing.x_m)?;
+                    finite("walk.landings.y_m", landing.y_m)?;
+                    finite("walk.landings.yaw_rad", landing.yaw_rad)?;
+                }
+                u32::try_from(landings.len()).unwrap_or(u32::MAX)
+            }
+        };
+        count(swings)?;
+        let (single, double) = (&self.timing.single_support_each_s, &self.timing.double_support_each_s);
+        for (field, found, expected) in [
+            ("timing.single_support_each_s", single.len(), swings as usize),
+            ("timing.double_support_each_s", double.len(), swings as usize - 1),
+        ] {
+            if found != 0 && found != expected {
+                return Err(GaitError::Durations { field, found, expected });
+            }
+        }
+        Ok(())
+    }
+}
