@@ -43,7 +43,7 @@ pub fn aba_with_external(
         part.c = scaled(&cross_motion(&motion.v, &motion.s), rate).to_vector();
     }
     for (frame, wrench) in external {
-        let about_origin = wrench.about(&-ws.from_origin(model, *frame));
+        let about_origin = wrench.about(&-ws.frame_position(model, *frame));
         ws.articulated[model.frames()[frame.0].body].force -= about_origin.to_vector();
     }
     for i in (1..model.bodies.len()).rev() {

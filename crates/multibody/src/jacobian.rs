@@ -15,7 +15,7 @@ pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out:
 
 /// The structurally non-zero columns of a frame's Jacobian; the others are not touched.
 pub(crate) fn write_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
-    let p_OF = ws.from_origin(model, frame);
+    let p_OF = ws.frame_position(model, frame);
     let base_dofs = model.base_dofs();
     let mut i = model.frames()[frame.0].body;
     while i > 0 {
@@ -45,7 +45,7 @@ pub fn frame_drift(model: &Model, ws: &Workspace, frame: FrameIndex, v: &DVector
         a = crate::rigid::sum(&a, &crate::rigid::scaled(&crate::rigid::cross_motion(&motion.v, &motion.s), rate));
         i = model.bodies[i].parent;
     }
-    classical(&a, &twist, &ws.from_origin(model, frame)).to_vector()
+    classical(&a, &twist, &ws.frame_position(model, frame)).to_vector()
 }
 
 /// Acceleration of the body-fixed point at `p` from a spatial acceleration and twist about O.

@@ -35,7 +35,7 @@ pub fn rnea_with_external(
     accelerations(model, ws, v, Some(a), base);
     body_forces(model, ws);
     for (frame, wrench) in external {
-        let about_origin = wrench.about(&-ws.from_origin(model, *frame));
+        let about_origin = wrench.about(&-ws.frame_position(model, *frame));
         let force = &mut ws.force[model.frames()[frame.0].body];
         *force = *force - about_origin;
     }

@@ -98,7 +98,7 @@ pub fn whole_body_terms(
     centroidal(model, ws, v, out);
     for terms in &mut out.frames {
         let motion = &ws.motion[model.frames()[terms.frame.0].body];
-        let p_OF = ws.from_origin(model, terms.frame);
+        let p_OF = ws.frame_position(model, terms.frame);
         terms.placement = ws.placement(model, terms.frame);
         terms.velocity = motion.v.at(&p_OF);
         let a = Twist { linear: motion.a.linear + model.gravity(), angular: motion.a.angular };

@@ -81,11 +81,11 @@ impl Workspace {
     /// Velocity of a frame's origin and its angular velocity, world axes, at the velocity that an algorithm was given last.
     #[must_use]
     pub fn velocity(&self, model: &Model, frame: FrameIndex) -> Twist {
-        self.motion[model.frames()[frame.0].body].v.at(&self.from_origin(model, frame))
+        self.motion[model.frames()[frame.0].body].v.at(&self.frame_position(model, frame))
     }
 
     /// Position of a frame's origin from O, world axes.
-    pub(crate) fn from_origin(&self, model: &Model, frame: FrameIndex) -> Vec3 {
+    pub(crate) fn frame_position(&self, model: &Model, frame: FrameIndex) -> Vec3 {
         let frame = &model.frames()[frame.0];
         self.motion[frame.body].placement.point(&frame.placement.translation)
     }

@@ -47,10 +47,10 @@ pub fn urdf(seed: u64, n: usize) -> String {
         let edges = random.vector(0.2).abs().add_scalar(0.05);
         let mass = 0.2 + random.symmetric().abs() * 3.0;
         let i_box = spatial::Inertia::uniform_box(mass, Vec3::zeros(), edges).about_com;
-        write!(
+        writeln!(
             text,
             "<link name=\"l{i}\"><inertial><origin xyz=\"{}\" rpy=\"{}\"/><mass value=\"{mass}\"/>\
-             <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\n",
+             <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>",
             triple(&random.vector(0.2)),
             triple(&random.vector(3.0)),
             i_box[(0, 0)],
@@ -68,11 +68,11 @@ pub fn urdf(seed: u64, n: usize) -> String {
             2 => Vec3::z(),
             _ => random.vector(1.0),
         };
-        write!(
+        writeln!(
             text,
             "<joint name=\"j{i}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{i}\"/>\
              <origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"{}\"/>\
-             <limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"5\"/></joint>\n",
+             <limit lower=\"-1\" upper=\"1\" effort=\"10\" velocity=\"5\"/></joint>",
             triple(&random.vector(0.4)),
             triple(&random.vector(3.0)),
             triple(&axis),

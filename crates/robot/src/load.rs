@@ -1,0 +1,92 @@
+//! Reading the folder.
+
+use crate::error::nearest;
+use crate::{RobotDescription, RobotError, SoleDescription, check};
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// A folder of `robots/`, read and checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Text of the URDF.
+    pub urdf: String,
+    /// `robot.toml`.
+    pub description: RobotDescription,
+    /// `sole.toml`.
+    pub sole: SoleDescription,
+    /// Hash of URDF and `robot.toml`: messages carry it, so that processes with different robots do not talk.
+    pub fingerprint: u64,
+}
+
+impl Robot {
+    /// Reads a robot's folder.
+    ///
+    /// # Errors
+    /// [`RobotError`] names file, field, what was found and what was expected.
+    pub fn load(folder: &Path) -> Result<Self, RobotError> {
+        let file = folder.join("robot.toml");
+        let text = read(&file)?;
+        let description: RobotDescription = parse(&file, &text)?;
+        check::robot(&file, &description)?;
+        let urdf = read(&folder.join(&description.urdf))?;
+        let file = folder.join("sole.toml");
+        let sole: SoleDescription = parse(&file, &read(&file)?)?;
+        check::sole(&file, &sole)?;
+        let fingerprint = fingerprint(&[&urdf, &text]);
+        Ok(Self { folder: folder.to_owned(), urdf, description, sole, fingerprint })
+    }
+}
+
+/// FNV-1a over the texts, each followed by a zero byte; carriage returns are skipped, so that a checkout on another
+/// system is the same robot.
+#[must_use]
+pub fn fingerprint(texts: &[&str]) -> u64 {
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0000_0100_0000_01b3;
+    let bytes = texts.iter().flat_map(|text| text.bytes().filter(|byte| *byte != b'\r').chain(std::iter::once(0)));
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+}
+
+fn read(file: &Path) -> Result<String, RobotError> {
+    std::fs::read_to_string(file).map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })
+}
+
+fn parse<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, RobotError> {
+    toml::from_str(text).map_err(|error| {
+        let before = &text[..error.span().map_or(0, |span| span.start)];
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let message = error.message().to_owned();
+        RobotError::Toml { file: file.to_owned(), line, column, nearest: nearest_key(&message), message }
+    })
+}
+
+/// serde lists the known keys after an unknown one, all in backticks.
+fn nearest_key(message: &str) -> Option<String> {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = quoted.next().filter(|_| message.starts_with("unknown"))?;
+    nearest(unknown, quoted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fingerprint_is_fnv_1a_and_knows_where_a_text_ends() {
+        // Published value of FNV-1a 64 for "a" followed by the zero byte that ends the text.
+        let a = 0xaf63_dc4c_8601_ec8c_u64;
+        assert_eq!(fingerprint(&["a"]), a.wrapping_mul(0x0000_0100_0000_01b3));
+        assert_eq!(fingerprint(&["x\r\ny"]), fingerprint(&["x\ny"]));
+        assert_ne!(fingerprint(&["ab", "c"]), fingerprint(&["a", "bc"]));
+    }
+
+    #[test]
+    fn unknown_keys_suggest_the_nearest_known_one() {
+        let message = "unknown field `kp_nm`, expected one of `kp_nm_per_rad`, `radius_m`";
+        assert_eq!(nearest_key(message).as_deref(), Some("kp_nm_per_rad"));
+        assert_eq!(nearest_key("invalid type: string \"x\", expected f64"), None);
+    }
+}

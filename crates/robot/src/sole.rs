@@ -1,0 +1,120 @@
+//! `sole.toml`: the soft sole under each foot.
+
+use serde::{Deserialize, Serialize};
+
+/// The soft sole of the **left** foot; the right one is its mirror image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoleDescription {
+    /// Coulomb friction against the ground.
+    pub friction: Friction,
+    /// Nodes that may touch the ground.
+    #[serde(default)]
+    pub contact: ContactSet,
+    /// Finite elements.
+    pub mesh: MeshDescription,
+    /// Linear elastic foam.
+    pub material: MaterialDescription,
+    /// Where the foot holds the sole.
+    pub foot: FootMounting,
+    /// How it is computed.
+    #[serde(default)]
+    pub solver: SolverDescription,
+}
+
+/// Coulomb friction coefficient.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Friction {
+    /// The same everywhere.
+    Uniform(f64),
+    /// One per patch.
+    PerPatch(Vec<f64>),
+}
+
+/// Nodes that may touch the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactSet {
+    /// Those of the bottom face.
+    #[default]
+    Bottom,
+    /// Those of the whole free surface.
+    All,
+}
+
+/// A block of structured tetrahedra, or a mesh file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshDescription {
+    /// Edges of the block (m): forward, sideways, thickness.
+    pub box_m: Option<[f64; 3]>,
+    /// Boxes along each edge, each cut into six Kuhn tetrahedra.
+    pub cells: Option<[u32; 3]>,
+    /// Instead: a Gmsh file (format 4.1) beside `sole.toml`.
+    pub file: Option<String>,
+}
+
+/// Linear elastic foam.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialDescription {
+    /// Young's modulus (Pa).
+    pub young_modulus_pa: f64,
+    /// Poisson's ratio.
+    pub poisson_ratio: f64,
+}
+
+/// Where the foot holds the sole.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FootMounting {
+    /// Ankle in the sole frame (m): from the centre of the undeformed bottom face, axes of the foot.
+    pub ankle_in_sole_m: [f64; 3],
+}
+
+impl FootMounting {
+    /// Ankle in the sole frame of the left (0) or right (1) foot (m).
+    #[must_use]
+    pub fn ankle_in_sole_m(&self, foot: usize) -> [f64; 3] {
+        let [x, y, z] = self.ankle_in_sole_m;
+        [[x, y, z], [x, -y, z]][foot]
+    }
+}
+
+/// How much of the sole is modelled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SoleLevel {
+    /// Not at all.
+    Rigid,
+    /// One spring with six degrees of freedom.
+    Lumped,
+    /// Independent springs.
+    Winkler,
+    /// Finite elements condensed on the contact nodes.
+    #[default]
+    Fem,
+    /// A fine mesh condensed on coarse contact patches.
+    Patches,
+}
+
+/// Accuracy and limits of the contact problem and of the search for the pose.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverDescription {
+    /// How much of the sole is modelled.
+    pub level: SoleLevel,
+    /// Scaled residual at which a solution is accepted.
+    pub tolerance: f64,
+    /// Newton steps on the pose at most.
+    pub newton_iterations_max: u32,
+    /// Sweeps over the contact nodes at most.
+    pub contact_iterations_max: u32,
+}
+
+impl Default for SolverDescription {
+    fn default() -> Self {
+        Self { level: SoleLevel::Fem, tolerance: 1e-10, newton_iterations_max: 25, contact_iterations_max: 2500 }
+    }
+}

@@ -1,0 +1,139 @@
+//! The shipped robot loads; every way in which a folder can be wrong is named.
+
+use robot::{Robot, RobotError};
+use std::path::{Path, PathBuf};
+
+fn shipped() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4")
+}
+
+/// A copy of the shipped robot with one text replaced.
+fn changed(file: &str, from: &str, to: &str) -> RobotError {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["robot.toml", "sole.toml", "hrp4.urdf"] {
+        let text = std::fs::read_to_string(shipped().join(name)).unwrap();
+        let text = if name == file {
+            assert!(text.contains(from), "{file} has no {from}");
+            text.replacen(from, to, 1)
+        } else {
+            text
+        };
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    Robot::load(folder.path()).expect_err("the change is wrong")
+}
+
+#[test]
+fn the_shipped_robot_loads() {
+    let robot = Robot::load(&shipped()).unwrap();
+    let description = &robot.description;
+    assert_eq!(description.name, "HRP-4");
+    assert_eq!(description.joints.len(), 34);
+    assert_eq!(description.feet[0].ankle_frame, "l_ankle");
+    assert_eq!(description.feet[1].ankle_frame, "r_ankle");
+    assert_eq!(description.walking_locked_joints().len(), 12);
+    assert_eq!(robot.sole.foot.ankle_in_sole_m(0), [-0.015, -0.011, 0.103]);
+    assert_eq!(robot.sole.foot.ankle_in_sole_m(1), [-0.015, 0.011, 0.103]);
+    for joint in &description.joints {
+        assert!(description.servo(joint).is_some() && description.energy_coefficients(joint).is_some());
+    }
+    assert!(description.servo("tail").is_none());
+}
+
+#[test]
+fn legs_are_ten_times_stiffer_than_the_sole_rolls() {
+    // Roll stiffness of the sole under half of the robot, as estimated on the real robot (N m/rad).
+    const SOLE_ROLL_STIFFNESS: f64 = 890.0;
+    let robot = Robot::load(&shipped()).unwrap();
+    for joint in &robot.description.groups["left_leg"] {
+        assert!(robot.description.servo(joint).unwrap().kp_nm_per_rad > 10.0 * SOLE_ROLL_STIFFNESS);
+    }
+}
+
+#[test]
+fn the_fingerprint_changes_with_the_robot_but_not_with_the_sole() {
+    let original = Robot::load(&shipped()).unwrap().fingerprint;
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["robot.toml", "sole.toml", "hrp4.urdf"] {
+        std::fs::copy(shipped().join(name), folder.path().join(name)).unwrap();
+    }
+    let append = |name: &str| {
+        let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        std::fs::write(folder.path().join(name), text + "\n").unwrap();
+        Robot::load(folder.path()).unwrap().fingerprint
+    };
+    assert_eq!(append("sole.toml"), original);
+    let after = append("robot.toml");
+    assert_ne!(after, original);
+    assert_ne!(append("hrp4.urdf"), after);
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = Robot::load(folder.path()).unwrap_err();
+    assert!(matches!(&error, RobotError::Unreadable { file, .. } if file.ends_with("robot.toml")), "{error}");
+    let error = changed("robot.toml", "hrp4.urdf", "hrp5.urdf");
+    assert!(matches!(&error, RobotError::Unreadable { file, .. } if file.ends_with("hrp5.urdf")), "{error}");
+}
+
+#[test]
+fn unknown_keys_are_refused_with_a_suggestion_and_their_place() {
+    let error = changed("robot.toml", "radius_m", "radius_mm");
+    let RobotError::Toml { line, nearest, .. } = &error else { panic!("{error}") };
+    assert!(*line > 100 && nearest.as_deref() == Some("radius_m"), "{error}");
+    let error = changed("sole.toml", "young_modulus_pa", "young_modulus");
+    assert!(error.to_string().contains("did you mean `young_modulus_pa`?"), "{error}");
+    let error = changed("robot.toml", "coulomb_friction_nm", "friction_nm");
+    assert!(matches!(error, RobotError::Toml { .. }), "{error}");
+}
+
+#[test]
+fn wrong_types_are_refused_at_their_place() {
+    let error = changed("sole.toml", "friction = 0.65", "friction = \"slippery\"");
+    assert!(matches!(error, RobotError::Toml { line: 3, .. }), "{error}");
+    let error = changed("sole.toml", "cells = [12, 7, 3]", "cells = [12, 7]");
+    assert!(matches!(error, RobotError::Toml { .. }), "{error}");
+}
+
+#[test]
+fn numbers_outside_their_range_are_refused() {
+    let cases = [
+        ("sole.toml", "poisson_ratio = 0.31", "poisson_ratio = 0.5"),
+        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = nan"),
+        ("sole.toml", "friction = 0.65", "friction = -0.1"),
+        ("sole.toml", "cells = [12, 7, 3]\n", ""),
+        ("sole.toml", "cells = [12, 7, 3]", "cells = [12, 0, 3]"),
+        ("robot.toml", "kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0"),
+        ("robot.toml", "velocity_factor = 0.5", "velocity_factor = 50.0"),
+        ("robot.toml", "radius_m = 0.085", "radius_m = -0.085"),
+        ("robot.toml", "R_HIP_P = -22.02", "R_HIP_P = -2202.0"),
+    ];
+    for (file, from, to) in cases {
+        let error = changed(file, from, to);
+        assert!(matches!(error, RobotError::OutOfRange { .. }), "{to}: {error}");
+    }
+}
+
+#[test]
+fn names_must_refer_to_something() {
+    let cases = [
+        ("[\"left_foot\", \"right_foot\"]", "[\"left_foot\", \"right_fot\"]", "right_foot"),
+        ("of = [\"knees\"]", "of = [\"knee\"]", "knees"),
+        ("R_HIP_P = -22.02", "R_HIP_PITCH = -22.02", "R_HIP_P"),
+        ("[\"neck\", ", "[\"nek\", ", "neck"),
+    ];
+    for (from, to, expected) in cases {
+        let error = changed("robot.toml", from, to);
+        let RobotError::UnknownName { nearest, .. } = &error else { panic!("{to}: {error}") };
+        assert_eq!(nearest.as_deref(), Some(expected), "{error}");
+    }
+}
+
+#[test]
+fn every_joint_has_one_servo() {
+    let error = changed("robot.toml", "of = [\"knees\"]", "of = [\"R_KNEE_P\"]");
+    assert!(matches!(&error, RobotError::Missing { joint, .. } if joint == "L_KNEE_P"), "{error}");
+    let error = changed("robot.toml", "of = [\"knees\"]", "of = [\"knees\", \"R_HIP_Y\"]");
+    assert!(matches!(&error, RobotError::Twice { name, .. } if name == "R_HIP_Y"), "{error}");
+}
