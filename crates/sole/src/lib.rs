@@ -11,6 +11,7 @@ mod hull;
 mod mesh;
 mod model;
 mod patches;
+mod pose_driven;
 mod stiffness;
 
 pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
@@ -21,3 +22,4 @@ pub use estimate::{
 pub use ground::{Ground, Plane, Slope};
 pub use mesh::{ContactSet, Mesh};
 pub use model::{Level, MeshSource, SoleModel, SoleSettings};
+pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};

@@ -11,8 +11,8 @@
 //! and the same formulas carry along `Y = K_c Z` for a few fixed columns `Z`, in which the displacements of all stuck points are
 //! linear whatever the pose.
 
-use crate::SoleModel;
 use crate::dense::{add_one, add_three, dot};
+use crate::{NodeState, SoleModel};
 use spatial::{Mat3, Vec3};
 
 /// Most columns of `Y` that any user keeps.
@@ -258,23 +258,41 @@ impl ContactStiffness {
         }
     }
 
-    /// `out = K_c u` over the rows in use.
-    pub(crate) fn multiply(&self, u: &[f64], out: &mut [f64]) {
-        let m = 3 * self.points.len();
-        let out = &mut out[..m];
-        out.fill(0.0);
-        for slot in 0..self.points.len() {
-            let j = 3 * slot;
-            let k = &self.k[j * self.ld..];
-            add_three(
-                out,
-                &k[..m],
-                &k[self.ld..self.ld + m],
-                &k[2 * self.ld..2 * self.ld + m],
-                u[j],
-                u[j + 1],
-                u[j + 2],
-            );
+    /// `out = K_c w` for a few columns (leading dimension as here), one pass over `K_c`.
+    pub(crate) fn multiply_columns(&self, w: &[f64], columns: usize, out: &mut [f64]) {
+        let (ld, m) = (self.ld, 3 * self.points.len());
+        for target in out.chunks_mut(ld).take(columns) {
+            target[..m].fill(0.0);
+        }
+        for j in (0..m).step_by(3) {
+            let k = &self.k[j * ld..];
+            let (x, y, z) = (&k[..m], &k[ld..ld + m], &k[2 * ld..2 * ld + m]);
+            for (target, w) in out.chunks_mut(ld).zip(w.chunks(ld)).take(columns) {
+                add_three(&mut target[..m], x, y, z, w[j], w[j + 1], w[j + 2]);
+            }
+        }
+    }
+
+    /// Makes the contact set what the states say, by the cheaper way: point by point, or from all points in contact. Only for
+    /// users without columns.
+    pub(crate) fn synchronise(&mut self, model: &SoleModel, states: &[NodeState]) {
+        debug_assert!(self.columns == 0);
+        let differs = |point: usize, slots: &[usize]| (states[point] == NodeState::Free) == (slots[point] != ABSENT);
+        let changes = (0..states.len()).filter(|p| differs(*p, &self.slots)).count();
+        let free = states.iter().filter(|s| **s == NodeState::Free).count();
+        // Filling is a copy of the stiffness, about as much work as one update.
+        if changes > free + 1 {
+            self.fill(model);
+        }
+        for point in 0..states.len() {
+            if states[point] == NodeState::Free && self.slots[point] != ABSENT {
+                self.lift(point);
+            }
+        }
+        for point in 0..states.len() {
+            if states[point] != NodeState::Free && self.slots[point] == ABSENT {
+                self.land(model, point, &[[0.0; COLUMNS_MAX]; 3]);
+            }
         }
     }
 

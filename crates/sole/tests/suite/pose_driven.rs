@@ -1,0 +1,229 @@
+//! Given pose, find forces: closed laws, tangents, viscosity, history, round trips with the estimator.
+
+use crate::reference_cases::{cases, model};
+use nalgebra::Vector2;
+use sole::{
+    ContactReport, ContactStatus, EstimatorSettings, Foothold, Ground, Level, MeshSource, NodeState, Plane,
+    PoseDrivenContact, PoseDrivenSettings, Slope, SoleModel, SoleSettings, StanceEstimator, StanceReference,
+};
+use spatial::{Mat6, Transform, Vec3, Vec6, so3};
+use std::sync::Arc;
+
+fn small_sole() -> Arc<SoleModel> {
+    let all = cases();
+    Arc::new(model(&all, &all["static"][0]))
+}
+
+fn pose(roll: f64, pitch: f64, yaw: f64, x: f64, y: f64, z: f64) -> Transform {
+    Transform::new(so3::from_roll_pitch_yaw(roll, pitch, yaw), Vec3::new(x, y, z))
+}
+
+fn laws_hold(report: &ContactReport, before: &[Vec3], mu: f64) {
+    let largest = report.node_forces.iter().map(|f| f.norm()).fold(1e-12, f64::max);
+    for point in 0..report.node_forces.len() {
+        let (f, p, q) = (report.node_forces[point], report.node_positions[point], before[point]);
+        assert!(p.z > -1e-12, "point {point} is {} m under the ground", -p.z);
+        assert!(f.z >= -1e-9 * largest, "the ground pulls point {point} by {} N", f.z);
+        assert!(f.z * p.z < 1e-9 * largest, "point {point} is pushed from a distance");
+        assert!(f.xy().norm() <= mu * f.z + 1e-8 * largest, "point {point} exceeds its friction");
+        let slip = (p - q).xy();
+        if slip.norm() > 1e-9 && f.z > 1e-6 * largest {
+            assert!(f.xy().dot(&slip) <= 1e-12, "friction pushes point {point} along its slip");
+            let bound = mu * f.z;
+            assert!((f.xy().norm() - bound).abs() < 1e-7 * largest, "point {point} slides below its bound");
+        }
+    }
+}
+
+#[test]
+fn a_sole_in_the_air_feels_nothing() {
+    let mut contact = PoseDrivenContact::new(small_sole(), PoseDrivenSettings::default());
+    let report = contact.evaluate(&pose(0.1, -0.2, 0.3, 1.0, 2.0, 0.1), &Plane, 1e-3);
+    assert_eq!(report.status, ContactStatus::NoContact);
+    assert_eq!(report.wrench.force, Vec3::zeros());
+    assert_eq!(report.tangent, Mat6::zeros());
+}
+
+#[test]
+fn pressing_sliding_lifting_and_landing_again_obey_the_laws_at_every_step() {
+    let model = small_sole();
+    let mut contact = PoseDrivenContact::new(Arc::clone(&model), PoseDrivenSettings::default());
+    let mut before: Vec<Vec3> = model.contact_points().to_vec();
+    let mut seen = [false; 4];
+    for step in 0..400 {
+        let t = f64::from(step) * 0.005;
+        let x = pose(
+            0.02 * (3.0 * t).sin(),
+            0.03 * (2.0 * t).cos(),
+            0.05 * t,
+            0.004 * (5.0 * t).sin(),
+            0.003 * t,
+            0.0045 * (4.0 * t).cos() + 0.003,
+        );
+        let report = contact.evaluate(&x, &Plane, 0.005).clone();
+        assert!(report.status != ContactStatus::NotConverged, "step {step}: residual {}", report.residual);
+        assert!(report.friction_work_j >= -1e-12, "friction makes {} J", -report.friction_work_j);
+        if step > 0 {
+            laws_hold(&report, &before, 0.8);
+        }
+        assert!(report.residual < 1e-8, "step {step}: {}", report.residual);
+        for state in &report.node_states {
+            seen[*state as usize] = true;
+        }
+        seen[3] |= report.status == ContactStatus::NoContact;
+        contact.commit();
+        before.clone_from(&report.node_positions);
+    }
+    assert!(seen[NodeState::Stick as usize] && seen[NodeState::Slip as usize] && seen[NodeState::Free as usize]);
+    assert!(seen[3], "the motion lifts the whole sole once");
+}
+
+#[test]
+fn evaluation_leaves_the_history_alone() {
+    let mut contact = PoseDrivenContact::new(small_sole(), PoseDrivenSettings::default());
+    contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.0005), &Plane, 1e-3);
+    contact.commit();
+    let x = pose(0.002, 0.001, 0.0, 0.0004, 0.0, -0.0006);
+    let once = contact.evaluate(&x, &Plane, 1e-3).wrench;
+    contact.evaluate(&pose(0.02, -0.03, 0.1, 0.01, 0.02, -0.001), &Plane, 1e-3);
+    let again = contact.evaluate(&x, &Plane, 1e-3).wrench;
+    assert!((once.force - again.force).norm() < 1e-8 * once.force.norm());
+    assert!((once.moment - again.moment).norm() < 1e-9 * once.force.norm());
+}
+
+#[test]
+fn the_tangent_is_the_derivative_of_the_wrench() {
+    let settings = PoseDrivenSettings { tolerance: 1e-13, viscosity_time_s: 0.01, ..PoseDrivenSettings::default() };
+    let mut contact = PoseDrivenContact::new(small_sole(), settings);
+    let ground = Slope { normal: Vec3::new(0.05, -0.03, 1.0).normalize(), height_m: 0.0 };
+    contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.0005), &ground, 1e-3);
+    contact.commit();
+    // Partly lifted, partly sliding.
+    let x = pose(0.012, 0.02, 0.004, 0.0007, -0.0003, -0.0011);
+    let report = contact.evaluate(&x, &ground, 1e-3).clone();
+    let count = |s| report.node_states.iter().filter(|x| **x == s).count();
+    assert!(count(NodeState::Slip) > 0 && count(NodeState::Stick) > 0 && count(NodeState::Free) > 0);
+    let step = 1e-9;
+    for k in 0..6 {
+        let mut d = Vec6::zeros();
+        d[k] = step;
+        let moved = |d: Vec6| {
+            let turn = so3::exp(&d.fixed_rows::<3>(3).into_owned());
+            Transform::new(turn * x.rotation, x.translation + d.fixed_rows::<3>(0))
+        };
+        let plus = contact.evaluate(&moved(d), &ground, 1e-3).wrench.to_vector();
+        let minus = contact.evaluate(&moved(-d), &ground, 1e-3).wrench.to_vector();
+        let difference = (plus - minus) / (2.0 * step);
+        let error = (difference - report.tangent.column(k)).norm() / report.tangent.column(k).norm();
+        assert!(error < 1e-5, "column {k}: {error}");
+    }
+}
+
+#[test]
+fn viscosity_stiffens_fast_pressing_and_forgets_at_rest() {
+    let model = small_sole();
+    let elastic = PoseDrivenContact::new(Arc::clone(&model), PoseDrivenSettings::default())
+        .evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.001), &Plane, 1e-3)
+        .wrench
+        .force
+        .z;
+    let eta = 0.02;
+    let mut contact =
+        PoseDrivenContact::new(model, PoseDrivenSettings { viscosity_time_s: eta, ..PoseDrivenSettings::default() });
+    let x = pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.001);
+    let first = contact.evaluate(&x, &Plane, 1e-3).wrench.force.z;
+    // From rest the whole displacement happens in one step: beta times the elastic force.
+    assert!((first / (elastic * (1.0 + eta / 1e-3)) - 1.0).abs() < 1e-9, "{first} {elastic}");
+    for _ in 0..10 {
+        contact.commit();
+        contact.evaluate(&x, &Plane, 1e-3);
+    }
+    let rest = contact.report().wrench.force.z;
+    assert!((rest / elastic - 1.0).abs() < 1e-9, "at rest only elasticity is left: {rest} {elastic}");
+}
+
+#[test]
+fn the_estimators_pose_gives_back_the_force_it_was_asked_for() {
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sound sole"));
+    let settings = EstimatorSettings { tolerance: 1e-12, ..EstimatorSettings::default() };
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), settings);
+    let driven = PoseDrivenSettings { tolerance: 1e-13, ..PoseDrivenSettings::default() };
+    let mut contact = PoseDrivenContact::new(model, driven);
+    estimator.touch_down(Foothold::default());
+    for tick in 0..60 {
+        let s = f64::from(tick) / 60.0;
+        let force = Vec3::new(100.0 * s * (7.0 * s).sin(), -60.0 * s, 20.0 + 380.0 * s);
+        let zmp = Vector2::new(-0.06 + 0.12 * s, 0.02 * s);
+        let report = estimator.step(&StanceReference::constant(force, zmp)).clone();
+        assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
+        let found = contact.evaluate(&report.sole_pose, &Plane, 5e-3).clone();
+        contact.commit();
+        if tick == 0 {
+            // The estimator's first references follow roll and pitch only (35), the pose-driven ones the whole pose.
+            continue;
+        }
+        if tick == 1 {
+            // Both histories agree from here on.
+            let mut aligned = PoseDrivenContact::new(Arc::clone(&Arc::new(contact.model().clone())), driven);
+            aligned.resume(&report.node_positions, &report.node_states);
+            contact = aligned;
+            continue;
+        }
+        assert_eq!(found.status, ContactStatus::Solved, "tick {tick}");
+        let error = (found.wrench.to_vector() - report.wrench.to_vector()).norm() / force.norm();
+        assert!(error < 1e-9, "tick {tick}: {error}");
+        let away = (report.tangent - found.tangent).norm() / found.tangent.norm();
+        assert!(away < 1e-7, "tick {tick}: tangents differ by {away}");
+    }
+}
+
+#[test]
+fn bumps_carry_the_sole_where_they_are() {
+    struct Bump;
+    impl Ground for Bump {
+        fn height_and_normal(&self, x_m: f64, _y_m: f64) -> (f64, Vec3) {
+            // A ridge across the sole at x = 0.05.
+            let s = (x_m - 0.05) / 0.02;
+            let height = 0.003 * (-s * s).exp();
+            (height, Vec3::new(2.0 * s / 0.02 * height, 0.0, 1.0).normalize())
+        }
+    }
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sound sole"));
+    let mut contact = PoseDrivenContact::new(model, PoseDrivenSettings::default());
+    let report = contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.001), &Bump, 1e-3);
+    assert_eq!(report.status, ContactStatus::Solved);
+    let centre = -report.wrench.moment.y / report.wrench.force.z;
+    assert!(report.wrench.force.z > 10.0 && (centre - 0.05).abs() < 0.01, "{:?}", report.wrench);
+}
+
+#[test]
+fn nonsense_is_refused_and_leaves_the_state_unharmed() {
+    let mut contact = PoseDrivenContact::new(small_sole(), PoseDrivenSettings::default());
+    let x = pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.0005);
+    contact.evaluate(&x, &Plane, 1e-3);
+    contact.commit();
+    let good = contact.evaluate(&x, &Plane, 1e-3).wrench;
+    assert_eq!(
+        contact.evaluate(&pose(f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0), &Plane, 1e-3).status,
+        ContactStatus::InvalidInput
+    );
+    assert_eq!(contact.evaluate(&x, &Plane, 0.0).status, ContactStatus::InvalidInput);
+    contact.commit();
+    assert_eq!(contact.evaluate(&x, &Plane, 1e-3).wrench, good);
+}
+
+#[test]
+fn patches_of_a_fine_mesh_stand_in_for_its_nodes() {
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells: [12, 7, 3] };
+    let fine = SoleModel::build(&SoleSettings { mesh: mesh.clone(), ..SoleSettings::default() }).expect("fine");
+    let patches =
+        SoleModel::build(&SoleSettings { mesh, level: Level::Patches { cells: [6, 5] }, ..SoleSettings::default() })
+            .expect("patches");
+    assert_eq!(patches.contact_points().len(), 42);
+    let press = |model: SoleModel| {
+        let mut contact = PoseDrivenContact::new(model, PoseDrivenSettings::default());
+        contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.0008), &Plane, 1e-3).wrench.force.z
+    };
+    let (a, b) = (press(fine), press(patches));
+    assert!((a / b - 1.0).abs() < 0.02, "flat pressing hardly depends on the level: {a} {b}");
+}
