@@ -151,6 +151,11 @@ impl<T: Message> Subscriber<T> {
     pub fn counts(&self) -> Counts {
         self.gate.counts
     }
+
+    /// The topic.
+    pub fn topic(&self) -> Topic<T> {
+        self.topic
+    }
 }
 
 pub(crate) fn listener<T>(

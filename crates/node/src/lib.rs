@@ -1,1 +1,97 @@
-//! The shell of a periodic process: arguments, pace, clock, health, shutdown.
+//! The shell of a process: arguments, configuration, domain, pace, health, shutdown.
+//!
+//! A process is a library whose `step` turns messages into messages, and a `main.rs` that says with a [`Program`] what is built
+//! and in which order messages are waited for and published. [`main`] does the rest, the same for all processes:
+//!
+//! ```text
+//! soleus-NAME --config FILE [--set KEY=VALUE]... [--domain NAME] [--check] [--real-time] [--wait-for P,Q] [--log-format F]
+//! ```
+//!
+//! # Exit codes
+//!
+//! | code | meaning |
+//! |---|---|
+//! | 0 | did what it was asked to, or was asked to stop |
+//! | 1 | shared memory or a file failed while running |
+//! | 2 | arguments or configuration are wrong |
+//! | 3 | could not start: no owner of the domain, a topic taken, or the owner went away |
+//! | 4 | safety stop: an input stayed away, a solver failed too often, the pattern was refused |
+//! | 5 | deadlines were missed too often |
+//! | 101 | a bug (panic) |
+//!
+//! # Pace
+//!
+//! *Lock-step*: whoever needs a message waits for it; time is the tick. [`Shell::wait`] looks again and again for some 40 us,
+//! then sleeps until woken, and every 100 ms looks whether it was asked to stop, whether the owner of the domain lives and
+//! whether the one it waits for has died. *Real time*: [`Pacer`] sleeps until absolute times; nobody waits for ever.
+//!
+//! ```no_run
+//! use messages::{RobotState, SoleDeformation, topic, code::Process};
+//! use node::{End, Failure, Program, Shell};
+//!
+//! struct Echo(f64);
+//!
+//! #[derive(serde::Deserialize)]
+//! #[serde(deny_unknown_fields)]
+//! struct Settings { gain: f64 }
+//!
+//! impl Program for Echo {
+//!     const PROCESS: Process = Process::Estimator;
+//!     const ABOUT: &'static str = "Answers each state.";
+//!     type Settings = Settings;
+//!
+//!     fn build(settings: Settings) -> Result<Self, Failure> {
+//!         Ok(Self(settings.gain))
+//!     }
+//!     fn robot_fingerprint(&self) -> Option<u64> {
+//!         Some(7)
+//!     }
+//!     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+//!         let mut states = shell.subscriber(topic::ROBOT_STATE, 4)?;
+//!         let mut answers = shell.publisher(topic::SOLE_DEFORMATION)?;
+//!         shell.ready()?;
+//!         while let Some(state) = shell.wait(&mut states)? {
+//!             shell.cycle_starts();
+//!             let answer = SoleDeformation { header: state.header, walk_time_s: self.0, ..Default::default() };
+//!             answers.publish(&answer)?;
+//!             shell.cycle_ends(state.header.tick)?;
+//!         }
+//!         Ok(End::Asked)
+//!     }
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     node::main::<Echo>()
+//! }
+//! ```
+
+mod arguments;
+mod failure;
+mod program;
+mod real_time;
+mod shell;
+mod stop;
+mod system;
+
+pub use arguments::{Arguments, LogFormat};
+pub use failure::Failure;
+pub use program::{End, Program, main, run};
+pub use real_time::{Pacer, Policy, clock_monotonic_ns};
+pub use shell::Shell;
+pub use stop::Stop;
+pub use system::{die_with_parent, interrupt, kill, terminate};
+
+/// Version and commit of this build, as `--version` prints them and logs record them.
+pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SOLEUS_COMMIT"), ")");
+
+/// Begins diagnostics on standard error: `RUST_LOG` chooses, `info` if it says nothing.
+pub fn start_diagnostics(format: LogFormat) {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
+    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    // Fails only if diagnostics have begun already, as in a test that runs several programs; then they go there.
+    let _ = match format {
+        LogFormat::Text => builder.with_ansi(false).try_init(),
+        LogFormat::Json => builder.json().try_init(),
+    };
+}

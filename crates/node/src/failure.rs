@@ -1,0 +1,100 @@
+//! Why a process ends before its time.
+
+use messages::code::{Process, Reason};
+use std::error::Error;
+
+/// A process cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The configuration cannot be read.
+    #[error(transparent)]
+    Configuration(#[from] scenario::ConfigError),
+    /// The configuration can be read, but nothing can be built from it; the source says why.
+    #[error("the configuration cannot be used")]
+    Unusable(#[source] Box<dyn Error + Send + Sync>),
+    /// There is no domain to belong to.
+    #[error(transparent)]
+    Join(#[from] bus::JoinError),
+    /// A topic cannot be published or subscribed to.
+    #[error(transparent)]
+    Port(#[from] bus::PortError),
+    /// The owner of the domain went away.
+    #[error("the owner of domain `{domain}` went away")]
+    OwnerGone {
+        /// The domain.
+        domain: String,
+    },
+    /// Publishing failed.
+    #[error(transparent)]
+    Publish(#[from] bus::PublishError),
+    /// Receiving failed.
+    #[error(transparent)]
+    Receive(#[from] bus::ReceiveError),
+    /// Something else failed while running; the source says what.
+    #[error("cannot go on")]
+    Running(#[source] Box<dyn Error + Send + Sync>),
+    /// Somebody needed has died.
+    #[error("the {process} died, and without `{topic}` there is no going on")]
+    PeerDied {
+        /// Who.
+        process: Process,
+        /// What was awaited from it.
+        topic: &'static str,
+    },
+    /// Going on would not be safe.
+    #[error("safety stop: {reason}")]
+    SafetyStop {
+        /// Why.
+        reason: Reason,
+    },
+    /// Too many deadlines were missed.
+    #[error("{misses} deadlines in a row were missed")]
+    Deadline {
+        /// How many.
+        misses: u64,
+    },
+}
+
+impl Failure {
+    /// The configuration was read, but nothing can be built from it.
+    pub fn unusable(source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Unusable(source.into())
+    }
+
+    /// Something failed while running.
+    pub fn running(source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::Running(source.into())
+    }
+
+    /// The process's exit code; the crate's documentation lists them.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Publish(_) | Self::Receive(_) | Self::Running(_) => 1,
+            Self::Configuration(_) | Self::Unusable(_) => 2,
+            Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => 3,
+            Self::PeerDied { .. } | Self::SafetyStop { .. } => 4,
+            Self::Deadline { .. } => 5,
+        }
+    }
+
+    /// What health says about it.
+    pub fn reason(&self) -> Reason {
+        match self {
+            Self::SafetyStop { reason } => *reason,
+            Self::PeerDied { .. } => Reason::InputMissing,
+            Self::Deadline { .. } => Reason::Deadline,
+            _ => Reason::None,
+        }
+    }
+
+    /// The error and what caused it, as one sentence.
+    pub fn chain(&self) -> String {
+        let mut text = self.to_string();
+        let mut source = self.source();
+        while let Some(cause) = source {
+            text = format!("{text}: {cause}");
+            source = cause.source();
+        }
+        text
+    }
+}

@@ -1,0 +1,98 @@
+//! What differs from process to process, and the main function they share.
+
+use crate::arguments::Arguments;
+use crate::failure::Failure;
+use crate::shell::Shell;
+use clap::{CommandFactory, FromArgMatches};
+use messages::code::{Process, Reason, State};
+use scenario::Config;
+use serde::de::DeserializeOwned;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// One process.
+pub trait Program: Sized {
+    /// Which.
+    const PROCESS: Process;
+    /// What it does, in one sentence.
+    const ABOUT: &'static str;
+    /// What its configuration file holds.
+    type Settings: DeserializeOwned;
+
+    /// Builds everything that needs no other process. `--check` ends after it.
+    ///
+    /// # Errors
+    /// [`Failure::unusable`] with the reason.
+    fn build(settings: Self::Settings) -> Result<Self, Failure>;
+
+    /// Fingerprint of the robot, whose messages alone are taken; `None`: any robot's.
+    fn robot_fingerprint(&self) -> Option<u64>;
+
+    /// Works until the work is done or it is asked to stop.
+    ///
+    /// # Errors
+    /// Whatever keeps it from going on.
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure>;
+}
+
+/// How the work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// It was asked to stop.
+    Asked,
+    /// The walk is over, and how; the process stays until it is asked to stop, so that all hear of it.
+    Over(Reason),
+}
+
+/// The main function of a process.
+pub fn main<P: Program>() -> ExitCode {
+    ExitCode::from(run::<P>(std::env::args_os()))
+}
+
+/// The main function with given arguments (the first is the program's name); returns the exit code.
+pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let name = format!("soleus-{}", P::PROCESS.word());
+    let command = Arguments::command().name(name.clone()).bin_name(name).about(P::ABOUT);
+    let arguments = command.try_get_matches_from(arguments).and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = match arguments {
+        Ok(arguments) => arguments,
+        Err(answer) => {
+            // Help, version or what is wrong; where it cannot be written nobody is there to read it.
+            let _ = answer.print();
+            return u8::try_from(answer.exit_code()).unwrap_or(2);
+        }
+    };
+    crate::start_diagnostics(arguments.log_format);
+    match run_with::<P>(&arguments) {
+        Ok(()) => 0,
+        Err(failure) => {
+            tracing::error!("{}: {}", P::PROCESS, failure.chain());
+            failure.exit_code()
+        }
+    }
+}
+
+fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
+    let config = Config::read(&arguments.config)?.with_settings(&arguments.settings);
+    let mut program = P::build(config.parse()?)?;
+    if arguments.check {
+        print_effective(&config);
+        return Ok(());
+    }
+    let mut shell = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments)?;
+    let end = program.run(&mut shell);
+    match end {
+        Ok(End::Asked) => shell.announce(State::Stopping, Reason::Asked),
+        Ok(End::Over(reason)) => shell.linger(reason),
+        Err(failure) => {
+            // The failure itself is what the caller must hear of, not that it could not be announced.
+            let _ = shell.announce(State::Stopping, failure.reason());
+            Err(failure)
+        }
+    }
+}
+
+#[allow(clippy::print_stdout, reason = "the effective configuration is the result that `--check` was asked for")]
+fn print_effective(config: &Config) {
+    print!("{}", config.effective_text());
+}
