@@ -156,27 +156,6 @@ impl ActiveSet {
         &self.settings
     }
 
-    /// Replaces the guess for the next solve, for example by what a program of another size held. Equalities and rows that
-    /// do not exist are passed over; any guess is safe.
-    pub fn guess(&mut self, active: impl IntoIterator<Item = Active>) {
-        self.guess.clear();
-        for Active { row, side } in active {
-            let row = match row {
-                Row::Inequality(i) if i < self.size.inequalities => self.size.equalities + i,
-                Row::Bound(i) if i < self.size.variables => self.size.equalities + self.size.inequalities + i,
-                _ => continue,
-            };
-            let sign = match side {
-                Side::Lower => 1.0,
-                Side::Upper => -1.0,
-                Side::Both => continue,
-            };
-            if self.guess.len() < self.guess.capacity() {
-                self.guess.push(Held { row, sign });
-            }
-        }
-    }
-
     fn solve_into_outcome(&mut self, problem: &Problem) -> Status {
         assert_eq!(problem.size(), self.size, "the program must have the size the solver was made for");
         if let Err(status) = self.prepare(problem) {
@@ -661,6 +640,25 @@ impl Solver for ActiveSet {
 
     fn outcome(&self) -> &Outcome {
         &self.outcome
+    }
+
+    fn guess(&mut self, active: &[Active]) {
+        self.guess.clear();
+        for Active { row, side } in active {
+            let row = match *row {
+                Row::Inequality(i) if i < self.size.inequalities => self.size.equalities + i,
+                Row::Bound(i) if i < self.size.variables => self.size.equalities + self.size.inequalities + i,
+                _ => continue, // equalities are always taken up, others do not exist
+            };
+            let sign = match side {
+                Side::Lower => 1.0,
+                Side::Upper => -1.0,
+                Side::Both => continue,
+            };
+            if self.guess.len() < self.guess.capacity() {
+                self.guess.push(Held { row, sign });
+            }
+        }
     }
 
     fn forget(&mut self) {

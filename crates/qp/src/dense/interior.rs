@@ -1,6 +1,6 @@
 //! Clarabel's interior point behind the dense problem type, with data updates.
 
-use super::{Outcome, Problem, Size, Solver};
+use super::{Active, Outcome, Problem, Size, Solver};
 use crate::Status;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -303,6 +303,8 @@ impl Solver for Interior {
     fn outcome(&self) -> &Outcome {
         &self.outcome
     }
+
+    fn guess(&mut self, _active: &[Active]) {}
 
     fn forget(&mut self) {
         self.solver = None;

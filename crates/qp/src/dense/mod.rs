@@ -43,6 +43,10 @@ pub trait Solver {
     /// What the last call of [`Solver::solve`] found.
     fn outcome(&self) -> &Outcome;
 
+    /// Suggests rows that may hold at the next solution, in place of those of the last one. Any guess is safe; a method
+    /// that needs none ignores it.
+    fn guess(&mut self, active: &[Active]);
+
     /// Forgets the past: the next solve starts cold.
     fn forget(&mut self);
 }

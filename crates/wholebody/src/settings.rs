@@ -1,0 +1,201 @@
+//! What a person may tune, as plain data. Every field names the formula it enters.
+
+use crate::collision::CollisionSettings;
+use spatial::Vec3;
+
+/// Weight and stiffness of a task `a_des = a_ref + kd (v_ref - v) + kp (x_ref - x)` with critical damping `kd = 2 sqrt(kp)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gains {
+    /// alpha in `alpha |E|²`. Ratios matter, not values.
+    pub weight: f64,
+    /// kp (1/s²). Useful: up to about `0.1 / dt²`.
+    pub stiffness: f64,
+}
+
+impl Gains {
+    /// kd = 2 sqrt(kp) (1/s).
+    #[must_use]
+    pub fn damping(&self) -> f64 {
+        2.0 * self.stiffness.sqrt()
+    }
+}
+
+/// One foot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FootSettings {
+    /// Link whose frame is the ankle frame: origin where the ankle's axes meet, axes of the foot.
+    pub ankle_link: String,
+    /// Ankle in the sole frame (m). The sole frame's origin is the centre of the undeformed sole's bottom face.
+    pub ankle_in_sole_m: Vec3,
+}
+
+/// The undeformed sole's bottom face, centred at the sole frame's origin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SoleRectangle {
+    /// Along x (m).
+    pub length_m: f64,
+    /// Along y (m).
+    pub width_m: f64,
+}
+
+/// A joint's posture: where it shall be, and how strongly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PostureJoint {
+    /// Name of the joint.
+    pub joint: String,
+    /// Position (rad).
+    pub position_rad: f64,
+}
+
+/// Weights and stiffnesses of the tasks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskSettings {
+    /// Position of a swinging ankle.
+    pub swing_position: Gains,
+    /// Orientation of a swinging ankle.
+    pub swing_orientation: Gains,
+    /// Centre of mass.
+    pub com: Gains,
+    /// The weight of the vertical part of the centre of mass is multiplied by this.
+    pub com_height_factor: f64,
+    /// Absolute orientation of the torso.
+    pub torso: Gains,
+    /// Posture of all joints that are not in a leg.
+    pub posture: Gains,
+    /// Posture of the legs' joints: makes the Hessian definite, so keep it above zero.
+    pub leg_posture: Gains,
+    /// `alpha (|F - F_ref|² + |N - N_ref|² / lever²)`: each stance foot's planned wrench, N about the ankle.
+    pub wrench_weight: f64,
+    /// Length that makes moments comparable with forces (m): about half a foot's width.
+    pub wrench_lever_m: f64,
+    /// `alpha |f|²` on the intensities along the cones' generators (per N²). At least 1e-5: below, an intensity is known
+    /// only to some newtons.
+    pub intensity_damping: f64,
+    /// Optional: momentum about the centre of mass shall follow its reference. Stiffness acts on the momentum itself
+    /// (1/s), weight per (N m)².
+    pub angular_momentum: Option<Gains>,
+    /// Optional: `alpha |tau|²`, least joint torques (per (N m)²).
+    pub torque_weight: Option<f64>,
+}
+
+impl Default for TaskSettings {
+    fn default() -> Self {
+        Self {
+            swing_position: Gains { weight: 1e5, stiffness: 5000.0 },
+            swing_orientation: Gains { weight: 1e4, stiffness: 4e4 },
+            com: Gains { weight: 1e4, stiffness: 150.0 },
+            com_height_factor: 0.1,
+            torso: Gains { weight: 200.0, stiffness: 100.0 },
+            posture: Gains { weight: 10.0, stiffness: 100.0 },
+            leg_posture: Gains { weight: 1e-2, stiffness: 100.0 },
+            wrench_weight: 1e-3,
+            wrench_lever_m: 0.065,
+            intensity_damping: 1e-5,
+            angular_momentum: None,
+            torque_weight: None,
+        }
+    }
+}
+
+/// Limits of contacts and joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConstraintSettings {
+    /// Stance ankles follow the estimator: stiffness of position and orientation (1/s²), critical damping. Limited to
+    /// `0.25 / dt²`, at which an error is gone in a few steps.
+    pub contact_position_stiffness: f64,
+    /// See above.
+    pub contact_orientation_stiffness: f64,
+    /// Coulomb friction between sole and ground.
+    pub friction: f64,
+    /// Generators per contact point of the linearised cone: 4, 8 or 16.
+    pub generators_per_point: usize,
+    /// A foot whose planned share of the weight is k may carry `(k + min(k, margin)) M g`: it vanishes with k, so that no
+    /// force jumps when a foot comes or goes.
+    pub load_margin: f64,
+    /// Joint torques stay within this part of the robot's limits.
+    pub torque_fraction: f64,
+    /// Joint speeds stay within this part of the robot's limits.
+    pub velocity_fraction: f64,
+    /// Joint positions keep this distance from the robot's limits (rad).
+    pub position_margin_rad: f64,
+    /// Deceleration on which a joint can count when it approaches a limit (rad/s²): it may go as fast as it can still stop
+    /// with it. Useful: 20 to 200.
+    pub braking_rad_per_s2: f64,
+    /// Largest acceleration of a joint (rad/s²).
+    pub acceleration_max_rad_per_s2: f64,
+}
+
+impl Default for ConstraintSettings {
+    fn default() -> Self {
+        Self {
+            contact_position_stiffness: 5000.0,
+            contact_orientation_stiffness: 4e4,
+            friction: 0.65,
+            generators_per_point: 4,
+            load_margin: 0.15,
+            torque_fraction: 1.0,
+            velocity_fraction: 0.5,
+            position_margin_rad: 0.01,
+            braking_rad_per_s2: 60.0,
+            acceleration_max_rad_per_s2: 1000.0,
+        }
+    }
+}
+
+/// Which solver takes the steps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Backend {
+    /// Own warm-started dual active set: no allocation, exact vertices.
+    #[default]
+    ActiveSet,
+    /// Clarabel with data updates, at this tolerance; allocates.
+    Interior {
+        /// Clarabel's tolerances.
+        tolerance: f64,
+    },
+}
+
+/// Everything that [`WholeBody`](crate::WholeBody) needs beside the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WholeBodySettings {
+    /// Left, right.
+    pub feet: [FootSettings; 2],
+    /// Both soles.
+    pub sole: SoleRectangle,
+    /// Link whose absolute orientation is controlled.
+    pub torso_link: String,
+    /// Joints that are not named stay at zero.
+    pub posture: Vec<PostureJoint>,
+    /// Objectives.
+    pub tasks: TaskSettings,
+    /// Limits.
+    pub constraints: ConstraintSettings,
+    /// Bodies that must not touch each other.
+    pub collision: CollisionSettings,
+    /// Solver.
+    pub backend: Backend,
+    /// Changes of the active set after which the fallback takes over.
+    pub iterations_max: usize,
+}
+
+impl WholeBodySettings {
+    /// HRP-4's soles; everything else at its default, no posture and no collision pairs.
+    #[must_use]
+    pub fn new(ankle_links: [&str; 2], torso_link: &str) -> Self {
+        let foot = |link: &str, outward: f64| FootSettings {
+            ankle_link: link.to_owned(),
+            ankle_in_sole_m: Vec3::new(-0.015, -0.011 * outward, 0.103),
+        };
+        Self {
+            feet: [foot(ankle_links[0], 1.0), foot(ankle_links[1], -1.0)],
+            sole: SoleRectangle { length_m: 0.23, width_m: 0.13 },
+            torso_link: torso_link.to_owned(),
+            posture: Vec::new(),
+            tasks: TaskSettings::default(),
+            constraints: ConstraintSettings::default(),
+            collision: CollisionSettings::default(),
+            backend: Backend::default(),
+            iterations_max: 300,
+        }
+    }
+}
