@@ -1,0 +1,162 @@
+//! Joint drives: position servo with feed-forward torque, limits and friction.
+//!
+//! ```text
+//! tau   = clamp( kp (q_ref - q) + kd (q_ref' - q') + tau_ff,  -tau_max, tau_max )
+//! total = tau - d q' - c tanh(q' / v_s)
+//! ```
+//!
+//! `q_ref` runs linearly over a control period from where it was to the new reference, `q_ref'` is the slope of that ramp:
+//! position and rate never contradict each other, and a drive that gets no new reference holds with rate zero. The reference
+//! is kept within the joint's position limits and its ramp within the speed limit, as a drive's own firmware would; both
+//! are counted. The law is evaluated at the *end* of an integration step (`q' = v1`, `q = q0 + h v1`), so that a stiff drive
+//! costs no stability; its derivative with respect to `v1` enters the step's matrix.
+//!
+//! *Not modelled*: motor current dynamics, back-EMF, elasticity and play of the gears, mechanical end stops, temperature.
+
+use multibody::Model;
+use nalgebra::DVector;
+
+use crate::settings::{DriveSettings, ServoSettings};
+
+/// One drive with its joint's limits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Drive {
+    settings: DriveSettings,
+    torque_max_nm: f64,
+    speed_max: f64,
+    lower: f64,
+    upper: f64,
+}
+
+/// Torque of one drive at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DriveTorque {
+    /// Torque of the motor on the joint (N m).
+    pub motor_nm: f64,
+    /// Torque of friction on the joint (N m).
+    pub friction_nm: f64,
+    /// Derivative of their sum with respect to the joint's rate at the end of the step (N m s/rad), never positive.
+    pub derivative: f64,
+    /// The motor is at its limit.
+    pub saturated: bool,
+}
+
+/// The drives of all joints.
+#[derive(Debug, Clone)]
+pub struct Servo {
+    drives: Vec<Drive>,
+    ramp_from: DVector<f64>,
+    ramp_to: DVector<f64>,
+    feed_forward: DVector<f64>,
+    limited_references: u64,
+}
+
+/// A drive named in the settings whose joint the model does not have.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("servo.joints names the joint {name:?}, which is not among the model's movable joints: {known}")]
+pub struct UnknownDrive {
+    /// The name in the settings.
+    pub name: String,
+    /// The joints that are there.
+    pub known: String,
+}
+
+impl Servo {
+    /// Drives for all joints of a model.
+    ///
+    /// # Errors
+    /// The settings name a joint that the model does not have.
+    pub fn new(model: &Model, settings: &ServoSettings) -> Result<Self, UnknownDrive> {
+        let joints = model.joints();
+        for name in settings.joints.keys() {
+            if !joints.iter().any(|joint| joint.name == *name) {
+                let known = joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+                return Err(UnknownDrive { name: name.clone(), known });
+            }
+        }
+        let drives = joints
+            .iter()
+            .map(|joint| Drive {
+                settings: *settings.joints.get(&joint.name).unwrap_or(&settings.default),
+                torque_max_nm: joint.limits.effort,
+                speed_max: joint.limits.velocity,
+                lower: joint.limits.lower,
+                upper: joint.limits.upper,
+            })
+            .collect();
+        let zero = DVector::zeros(joints.len());
+        Ok(Self { drives, ramp_from: zero.clone(), ramp_to: zero.clone(), feed_forward: zero, limited_references: 0 })
+    }
+
+    /// Rotor inertia of joint `i` (kg m^2).
+    #[must_use]
+    pub fn rotor_inertia_kg_m2(&self, i: usize) -> f64 {
+        self.drives[i].settings.rotor_inertia_kg_m2
+    }
+
+    /// Holds a posture (rad), without feed-forward torque.
+    pub fn hold(&mut self, joints: &DVector<f64>) {
+        self.ramp_from.copy_from(joints);
+        self.ramp_to.copy_from(joints);
+        self.feed_forward.fill(0.0);
+    }
+
+    /// A new reference (rad) to be reached at the end of the period, and the feed-forward torque (N m) during it.
+    pub fn command(&mut self, references: &DVector<f64>, feed_forward: &DVector<f64>, period_s: f64) {
+        std::mem::swap(&mut self.ramp_from, &mut self.ramp_to);
+        for (i, drive) in self.drives.iter().enumerate() {
+            let from = self.ramp_from[i];
+            let reach = drive.speed_max * period_s;
+            let allowed = references[i].clamp(drive.lower, drive.upper).clamp(from - reach, from + reach);
+            self.limited_references += u64::from(allowed != references[i]);
+            self.ramp_to[i] = allowed;
+        }
+        self.feed_forward.copy_from(feed_forward);
+    }
+
+    /// How many single joint references were changed by position or speed limits so far.
+    #[must_use]
+    pub fn limited_references(&self) -> u64 {
+        self.limited_references
+    }
+
+    /// Position reference (rad) of joint `i` when the given share of the period has passed.
+    #[must_use]
+    pub fn reference(&self, i: usize, share: f64) -> f64 {
+        self.ramp_from[i] + share * (self.ramp_to[i] - self.ramp_from[i])
+    }
+
+    /// Torque of joint `i` at the end of a step.
+    #[must_use]
+    pub fn torque(&self, i: usize, end: &DriveState) -> DriveTorque {
+        let Drive { settings, torque_max_nm, .. } = &self.drives[i];
+        let rate_ref = (self.ramp_to[i] - self.ramp_from[i]) / end.period_s;
+        let wanted = settings.stiffness_nm_per_rad * (self.reference(i, end.share) - end.position)
+            + settings.damping_nm_s_per_rad * (rate_ref - end.rate)
+            + self.feed_forward[i];
+        let motor_nm = wanted.clamp(-torque_max_nm, *torque_max_nm);
+        let saturated = motor_nm != wanted;
+        let motor_derivative =
+            if saturated { 0.0 } else { settings.damping_nm_s_per_rad + end.step_s * settings.stiffness_nm_per_rad };
+        let t = (end.rate / settings.coulomb_speed_rad_per_s).tanh();
+        let friction_nm = -settings.viscous_friction_nm_s_per_rad * end.rate - settings.coulomb_friction_nm * t;
+        let friction_derivative = settings.viscous_friction_nm_s_per_rad
+            + settings.coulomb_friction_nm * (1.0 - t * t) / settings.coulomb_speed_rad_per_s;
+        DriveTorque { motor_nm, friction_nm, derivative: -motor_derivative - friction_derivative, saturated }
+    }
+}
+
+/// A joint at the end of an integration step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveState {
+    /// Share of the control period that has passed then.
+    pub share: f64,
+    /// Control period (s).
+    pub period_s: f64,
+    /// Integration step (s): position changes by it times the rate.
+    pub step_s: f64,
+    /// Joint position (rad).
+    pub position: f64,
+    /// Joint rate (rad/s).
+    pub rate: f64,
+}
