@@ -54,6 +54,8 @@ pub struct ContactEvaluation {
     pub wrench: Wrench,
     /// Derivative of the wrench with respect to translation and rotation (left-multiplied rotation vector), world axes.
     pub tangent: Mat6,
+    /// Work that friction turns to heat from the accepted state to this one (J), never negative.
+    pub slip_work_j: f64,
     /// The contact problem was solved to its tolerance.
     pub converged: bool,
 }
@@ -98,11 +100,13 @@ impl CornerContact {
     pub fn evaluate(&mut self, X_WS: &Transform, ground: &dyn Ground, dt_s: f64) -> ContactEvaluation {
         let mut wrench = Wrench::zero();
         let mut tangent = Mat6::zeros();
+        let mut slip_work_j = 0.0;
         for corner in &mut self.corners {
             let r = X_WS.rotation * corner.in_sole;
             let x = X_WS.translation + r;
             let derivative = corner.evaluate(&x, ground, dt_s, &self.settings);
             let f = corner.force;
+            slip_work_j += corner.slip_work();
             wrench = wrench + Wrench { force: f, moment: r.cross(&f) };
             // dx = dp + dtheta x r;  d(r x f) = (dtheta x r) x f + r x df
             let k_r = so3::skew(&r);
@@ -116,7 +120,7 @@ impl CornerContact {
             let mut turned = tangent.fixed_view_mut::<3, 3>(3, 3);
             turned += so3::skew(&f) * k_r;
         }
-        ContactEvaluation { wrench, tangent, converged: true }
+        ContactEvaluation { wrench, tangent, slip_work_j, converged: true }
     }
 
     /// Accepts the last evaluation.
@@ -125,15 +129,17 @@ impl CornerContact {
             corner.touching = corner.trial;
         }
     }
-
-    /// Force of each corner as last evaluated, world axes (N).
-    #[must_use]
-    pub fn forces(&self) -> [Vec3; 4] {
-        self.corners.map(|corner| corner.force)
-    }
 }
 
 impl Corner {
+    /// The anchor moves against the force of the ground on the sole.
+    fn slip_work(&self) -> f64 {
+        match (self.touching, self.trial) {
+            (Some((from, _)), Some((to, _))) => -self.force.dot(&(to - from)),
+            _ => 0.0,
+        }
+    }
+
     /// Sets force and trial state at the position `x`; returns d force / d x.
     fn evaluate(&mut self, x: &Vec3, ground: &dyn Ground, dt_s: f64, settings: &CornerSettings) -> Mat3 {
         let (height, n) = ground.height_and_normal(x.x, x.y);
@@ -165,6 +171,7 @@ impl Corner {
         }
         let e = stuck / size;
         self.force = normal * n + limit * e;
+        // The anchor follows, so that the spring holds exactly what friction can.
         self.trial = Some((x + limit * e / k_t, *x));
         -k_n * nn - friction * k_n * e * n.transpose() + (limit / size) * (tangential - e * e.transpose()) * d_stuck
     }

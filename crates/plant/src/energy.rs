@@ -19,8 +19,10 @@ pub struct EnergyFlows {
     pub servo_j: f64,
     /// Friction in the joints, never positive.
     pub joint_friction_j: f64,
-    /// Ground on soles.
+    /// Ground on soles: what is stored in them and lost in them, negated.
     pub contact_j: f64,
+    /// Part of it that slip turned to heat, never positive.
+    pub slip_j: f64,
     /// Pushes.
     pub push_j: f64,
 }
@@ -42,7 +44,7 @@ impl Energies {
     /// Energy made (positive) or taken (negative) by the integrator since the robot was placed (J).
     #[must_use]
     pub fn numerical_j(&self) -> f64 {
-        let EnergyFlows { servo_j, joint_friction_j, contact_j, push_j } = self.flows;
+        let EnergyFlows { servo_j, joint_friction_j, contact_j, push_j, .. } = self.flows;
         self.kinetic_j + self.potential_j - self.initial_j - servo_j - joint_friction_j - contact_j - push_j
     }
 }

@@ -13,7 +13,45 @@
 //! The two branches left (knee forward or backward, leg up or down) are fixed: the knee bends forward (`q4 >= 0`), the hip is
 //! above the foot. References: Pieper (1968); Kajita et al., *Introduction to Humanoid Robotics* (2014), section 2.5.
 
+use multibody::{FrameIndex, JointIndex, Model, Workspace, forward_kinematics, frame_jacobian};
+use nalgebra::DMatrix;
 use spatial::{Transform, Vec3};
+
+/// A leg that is not of the known shape: the closed form does not hold for it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LegError {
+    /// A joint axis is not where the closed form needs it.
+    #[error("joint {joint} turns about {found:?} at zero angles, {expected:?} is expected (base axes)")]
+    Axis {
+        /// Name of the joint.
+        joint: String,
+        /// Axis the closed form needs.
+        expected: [f64; 3],
+        /// Axis of the model.
+        found: [f64; 3],
+    },
+    /// Hip axes or ankle axes do not meet, or the knee is not straight below the hip.
+    #[error("joint {joint}: {relation} is off by {distance_m} m")]
+    Offset {
+        /// Name of the joint.
+        joint: String,
+        /// What does not hold.
+        relation: &'static str,
+        /// By how much (m).
+        distance_m: f64,
+    },
+    /// The foot link's axes are not parallel to the base at zero angles.
+    #[error("frame {frame} is turned against the base by {angle_rad} rad at zero angles")]
+    Foot {
+        /// Name of the frame.
+        frame: String,
+        /// Angle (rad).
+        angle_rad: f64,
+    },
+}
+
+/// Models are written with at most this rounding of lengths and directions (m, 1).
+const ROUNDED_MODEL: f64 = 1e-6;
 
 /// Fixed lengths of one leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +76,53 @@ pub struct LegAngles {
 }
 
 impl LegGeometry {
+    /// Reads the lengths off a model: where each axis lies follows from the Jacobian of the ankle at zero angles.
+    ///
+    /// # Errors
+    /// The leg is not of the known shape.
+    pub fn of_model(model: &Model, joints: &[JointIndex; 6], ankle: FrameIndex) -> Result<Self, LegError> {
+        let mut ws = Workspace::new(model);
+        let mut q = model.neutral();
+        q.joints.fill(0.0);
+        forward_kinematics(model, &mut ws, &q);
+        let X_BA = ws.placement(model, model.base_frame()).inverse() * ws.placement(model, ankle);
+        let angle_rad = spatial::so3::log(&X_BA.rotation).norm();
+        if angle_rad > ROUNDED_MODEL {
+            return Err(LegError::Foot { frame: model.frames()[ankle.0].name.clone(), angle_rad });
+        }
+        let mut J = DMatrix::zeros(6, model.nv());
+        frame_jacobian(model, &mut ws, ankle, &mut J);
+        let name = |i: usize| model.joints()[joints[i].0].name.clone();
+        // Column of a joint: its axis w, and w x r with r from the axis to the ankle.
+        let axes = [Vec3::z(), Vec3::x(), Vec3::y(), Vec3::y(), Vec3::y(), Vec3::x()];
+        let mut arms = [Vec3::zeros(); 6];
+        for (i, expected) in axes.into_iter().enumerate() {
+            let column = J.column(model.column(joints[i]));
+            let found: Vec3 = column.fixed_rows::<3>(3).into();
+            if (found - expected).norm() > ROUNDED_MODEL {
+                return Err(LegError::Axis { joint: name(i), expected: expected.into(), found: found.into() });
+            }
+            let moved: Vec3 = column.fixed_rows::<3>(0).into();
+            arms[i] = moved.cross(&expected); // the part of r across the axis
+        }
+        let [yaw, roll, pitch, knee, ankle_pitch, ankle_roll] = arms;
+        let hip = Vec3::new(pitch.x, roll.y, pitch.z);
+        for (i, relation, distance_m) in [
+            (0, "the yaw axis through the hip's centre", (yaw - Vec3::new(hip.x, hip.y, 0.0)).norm()),
+            (1, "the height at which the hip's roll and pitch axes meet", (roll.z - pitch.z).abs()),
+            (3, "the knee straight above the ankle", knee.x.abs()),
+            (2, "the hip straight above the ankle", hip.x.abs()),
+            (4, "the ankle's pitch axis through the ankle", ankle_pitch.norm()),
+            (5, "the ankle's roll axis through the ankle", ankle_roll.norm()),
+        ] {
+            if distance_m > ROUNDED_MODEL {
+                return Err(LegError::Offset { joint: name(i), relation, distance_m });
+            }
+        }
+        let shank_m = -knee.z;
+        Ok(Self { hip_in_base: X_BA.translation - hip, knee_offset_m: hip.y, thigh_m: -hip.z - shank_m, shank_m })
+    }
+
     /// The six angles that bring the foot (axes parallel to the base at zero angles, origin where the ankle axes meet) to
     /// the pose `X_BF`. A pose out of reach is answered with the nearest leg length along the same line from ankle to hip.
     #[must_use]

@@ -24,6 +24,11 @@ impl ConvexPolygon {
         let sorted = &mut sorted[..points.len()];
         sorted.copy_from_slice(points);
         sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        if points.len() < 2 {
+            let mut corners = [Vector2::zeros(); CORNERS_MAX];
+            corners[..points.len()].copy_from_slice(points);
+            return Self { corners, count: points.len() };
+        }
         // One chain per side; each is at most all points, together they share their ends.
         let mut chain = [Vector2::zeros(); 2 * CORNERS_MAX];
         let mut count = 0;
@@ -40,7 +45,6 @@ impl ConvexPolygon {
         };
         extend(&mut sorted.iter(), &mut count);
         extend(&mut sorted.iter().rev(), &mut count);
-        let count = count.max(usize::from(!points.is_empty()));
         let mut corners = [Vector2::zeros(); CORNERS_MAX];
         corners[..count].copy_from_slice(&chain[..count]);
         Self { corners, count }

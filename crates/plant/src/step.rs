@@ -105,6 +105,7 @@ pub(crate) struct Stepper {
     q1: Configuration,
     drives: Vec<DriveTorque>,
     damping: DVector<f64>,
+    slip_work_j: f64,
     /// Wrenches of the ground about the sole frames' origins, world axes, at the accepted pose.
     pub wrenches: [Wrench; 2],
 }
@@ -141,6 +142,7 @@ impl Stepper {
             q1: model.neutral(),
             drives: vec![DriveTorque::default(); model.joint_count()],
             damping: zero,
+            slip_work_j: 0.0,
             wrenches: [Wrench::zero(); 2],
         }
     }
@@ -258,10 +260,12 @@ impl Stepper {
         }
         let mut tangents = [Mat6::zeros(); 2];
         report.contacts_converged = true;
+        self.slip_work_j = 0.0;
         for (i, foot) in feet.iter_mut().enumerate() {
             let X_WS = self.trial_ws.placement(model, self.sole_frames[i]);
             let contact = foot.evaluate(&X_WS, ground, dt);
             report.contacts_converged &= contact.converged;
+            self.slip_work_j += contact.slip_work_j;
             self.wrenches[i] = contact.wrench;
             tangents[i] = contact.tangent;
             self.residual.gemv_tr(-dt, &self.J[i], &contact.wrench.to_vector(), 1.0);
@@ -344,6 +348,7 @@ impl Stepper {
         for (J, wrench) in self.J.iter().zip(&self.wrenches) {
             flows.contact_j += wrench.to_vector().dot(&(J * &self.step_v));
         }
+        flows.slip_j -= self.slip_work_j;
         if !applied.is_empty() {
             flows.push_j += self.applied.dot(&self.step_v);
         }

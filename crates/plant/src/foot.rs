@@ -1,0 +1,101 @@
+//! What is under a foot: an elastic sole or a hard plate, and what it last felt.
+
+use sole::{ContactReport, ContactStatus, Ground, PoseDrivenContact, PoseDrivenSettings, SoleModel};
+use spatial::{Transform, Vec3};
+
+use crate::corners::{ContactEvaluation, CornerContact, CornerSettings};
+use crate::settings::ContactSettings;
+
+/// The kind of sole under a foot.
+#[derive(Debug, Clone)]
+pub enum PlantSole {
+    /// An elastic sole with exact Signorini-Coulomb contact (any level of the sole crate: full mesh, patches, ..).
+    Elastic(Box<SoleModel>),
+    /// Four stiff corners: the hard original foot, for reference.
+    Corners(CornerSettings),
+}
+
+impl From<SoleModel> for PlantSole {
+    fn from(model: SoleModel) -> Self {
+        Self::Elastic(Box::new(model))
+    }
+}
+
+impl From<CornerSettings> for PlantSole {
+    fn from(settings: CornerSettings) -> Self {
+        Self::Corners(settings)
+    }
+}
+
+impl PlantSole {
+    /// The foot link's origin in the sole frame (m).
+    #[must_use]
+    pub fn ankle_in_sole_m(&self) -> Vec3 {
+        match self {
+            Self::Elastic(model) => model.ankle_in_sole_m(),
+            Self::Corners(settings) => Vec3::from(settings.ankle_in_sole_m),
+        }
+    }
+}
+
+/// Contact state of one foot.
+pub(crate) enum Foot {
+    Elastic(Box<PoseDrivenContact>),
+    Corners(CornerContact),
+}
+
+impl Foot {
+    pub fn new(sole: PlantSole, settings: &ContactSettings) -> Self {
+        match sole {
+            PlantSole::Corners(corners) => Self::Corners(CornerContact::new(corners)),
+            PlantSole::Elastic(model) => {
+                let settings = PoseDrivenSettings {
+                    tolerance: settings.tolerance,
+                    viscosity_time_s: settings.viscosity_time_s,
+                    ..PoseDrivenSettings::default()
+                };
+                Self::Elastic(Box::new(PoseDrivenContact::new(*model, settings)))
+            }
+        }
+    }
+
+    /// Wrench at a pose `dt_s` after the accepted state; may be tried at several poses.
+    pub fn evaluate(&mut self, X_WS: &Transform, ground: &dyn Ground, dt_s: f64) -> ContactEvaluation {
+        match self {
+            Self::Elastic(contact) => {
+                let report = contact.evaluate(X_WS, ground, dt_s);
+                ContactEvaluation {
+                    wrench: report.wrench,
+                    tangent: report.tangent,
+                    slip_work_j: report.friction_work_j,
+                    converged: matches!(report.status, ContactStatus::NoContact | ContactStatus::Solved),
+                }
+            }
+            Self::Corners(contact) => contact.evaluate(X_WS, ground, dt_s),
+        }
+    }
+
+    /// Accepts the last evaluation as history.
+    pub fn commit(&mut self) {
+        match self {
+            Self::Elastic(contact) => contact.commit(),
+            Self::Corners(contact) => contact.commit(),
+        }
+    }
+
+    /// Forgets all contact.
+    pub fn reset(&mut self) {
+        match self {
+            Self::Elastic(contact) => contact.reset(),
+            Self::Corners(contact) => contact.reset(),
+        }
+    }
+
+    /// Everything the elastic sole knows of its contact points; a hard foot has no report.
+    pub fn report(&self) -> Option<&ContactReport> {
+        match self {
+            Self::Elastic(contact) => Some(contact.report()),
+            Self::Corners(_) => None,
+        }
+    }
+}

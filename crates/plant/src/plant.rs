@@ -1,0 +1,436 @@
+//! The simulated robot as one thing: what a control computer would be connected to.
+
+use multibody::{Configuration, FrameIndex, JointIndex, Model, ModelError, Workspace, forward_kinematics_velocity};
+use nalgebra::DVector;
+use sole::{ContactReport, Ground};
+use spatial::{Transform, Vec3, Wrench};
+
+use crate::energy::{Energies, EnergyFlows};
+use crate::fall::{Fall, detect};
+use crate::foot::{Foot, PlantSole};
+use crate::leg::{LegError, LegGeometry};
+use crate::sensor::{PlantSensors, SensorBank};
+use crate::servo::{Servo, UnknownDrive};
+use crate::settings::{PlantSettings, SettingsError};
+use crate::stabiliser::{Leg, Plan, Stabiliser, StabiliserReport};
+use crate::step::{AppliedForce, State, StepTime, Stepper};
+use crate::truth::{FootTruth, Integration, Truth, zero_moment_point};
+
+/// Names of the frames and joints that the plant needs to know. Feet and legs are left, right.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlantFrames {
+    /// Inertial unit.
+    pub imu: String,
+    /// Foot links, origin at the ankle.
+    pub ankles: [String; 2],
+    /// Six-axis force sensors.
+    pub force_sensors: [String; 2],
+    /// Hip yaw, roll, pitch, knee, ankle pitch, roll.
+    pub legs: [[String; 6]; 2],
+}
+
+/// What the controller asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlantCommand {
+    /// Joint references in the model's order (rad), reached at the end of the period.
+    pub joint_positions: DVector<f64>,
+    /// Feed-forward torques (N m).
+    pub joint_torques: DVector<f64>,
+    /// The plan that the stabiliser needs; without one it does nothing.
+    pub plan: Option<Plan>,
+}
+
+/// A plant that cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum PlantError {
+    /// A setting cannot be.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A frame or joint is not in the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The settings name a drive that is not there.
+    #[error(transparent)]
+    Drive(#[from] UnknownDrive),
+    /// The stabiliser's inverse kinematics do not hold for a leg.
+    #[error("the {side} leg has no closed-form inverse kinematics: {error}")]
+    Leg {
+        /// Which leg.
+        side: &'static str,
+        /// What is wrong with it.
+        error: LegError,
+    },
+    /// The model's base is fixed: such a robot does not walk.
+    #[error("the model has a fixed base, a floating one is needed")]
+    FixedBase,
+}
+
+/// The simulated robot.
+pub struct Plant {
+    settings: PlantSettings,
+    model: Model,
+    imu: FrameIndex,
+    legs: [Leg; 2],
+    sole_frames: [FrameIndex; 2],
+    /// Links that must not touch the ground.
+    links: Vec<FrameIndex>,
+    /// Frame of each push.
+    pushed: Vec<FrameIndex>,
+    applied: Vec<AppliedForce>,
+    stepper: Stepper,
+    servo: Servo,
+    feet: [Foot; 2],
+    stabiliser: Stabiliser,
+    sensors: SensorBank,
+    exact: PlantSensors,
+    ws: Workspace,
+    state: State,
+    ticks: u64,
+    clock_start: Option<u64>,
+    imu_velocity: Vec3,
+    flows: EnergyFlows,
+    truth: Truth,
+    fallen: Option<Fall>,
+    resting_ticks: u64,
+}
+
+impl Plant {
+    /// A robot of the given model on the given soles (left, right). It stands nowhere until it is [placed](Self::place).
+    ///
+    /// # Errors
+    /// Settings that cannot be, names that the model does not know, a leg without closed-form inverse kinematics.
+    pub fn new(
+        settings: PlantSettings,
+        mut model: Model,
+        soles: [impl Into<PlantSole>; 2],
+        frames: &PlantFrames,
+    ) -> Result<Self, PlantError> {
+        settings.check()?;
+        if model.base_dofs() != 6 {
+            return Err(PlantError::FixedBase);
+        }
+        let servo = Servo::new(&model, &settings.servo)?;
+        for i in 0..model.joint_count() {
+            model.set_rotor_inertia(JointIndex(i), servo.rotor_inertia_kg_m2(i));
+        }
+        let imu = model.frame(&frames.imu)?;
+        let ankles = [model.frame(&frames.ankles[0])?, model.frame(&frames.ankles[1])?];
+        let sensors = [model.frame(&frames.force_sensors[0])?, model.frame(&frames.force_sensors[1])?];
+        let links = links_off_the_ground(&model, &ankles);
+        let mut pushed = Vec::with_capacity(settings.pushes.len());
+        for (i, push) in settings.pushes.iter().enumerate() {
+            let link = model.frame(&push.link)?;
+            let point = Transform::from_translation(Vec3::from(push.point_in_link_m));
+            pushed.push(model.add_frame(&format!("push {i}"), link, point));
+        }
+
+        let soles = soles.map(Into::into);
+        let mut ws = Workspace::new(&model);
+        multibody::forward_kinematics(&model, &mut ws, &model.neutral());
+        let in_ankle =
+            |frame: FrameIndex, foot: usize| ws.placement(&model, ankles[foot]).inverse() * ws.placement(&model, frame);
+        let mut legs = Vec::with_capacity(2);
+        for (foot, side) in ["left", "right"].into_iter().enumerate() {
+            let mut joints = [JointIndex(0); 6];
+            for (joint, name) in joints.iter_mut().zip(&frames.legs[foot]) {
+                *joint = model.joint(name)?;
+            }
+            legs.push(Leg {
+                geometry: LegGeometry::of_model(&model, &joints, ankles[foot])
+                    .map_err(|error| PlantError::Leg { side, error })?,
+                joints: joints.map(|joint| joint.0),
+                ankle: ankles[foot],
+                sole_in_ankle: Transform::from_translation(-soles[foot].ankle_in_sole_m()),
+                sensor_in_ankle: in_ankle(sensors[foot], foot),
+            });
+        }
+        let legs = [legs[0], legs[1]];
+        let imu_in_base =
+            (ws.placement(&model, model.base_frame()).inverse() * ws.placement(&model, imu)).rotation;
+        let sole_frames =
+            [0, 1].map(|i| model.add_frame(["left sole", "right sole"][i], ankles[i], legs[i].sole_in_ankle));
+        let joint_count = model.joint_count();
+        let state = State { q: model.neutral(), v: DVector::zeros(model.nv()) };
+        Ok(Self {
+            imu,
+            legs,
+            sole_frames,
+            links,
+            applied: Vec::with_capacity(pushed.len()),
+            pushed,
+            stepper: Stepper::new(&model, settings.step, sole_frames),
+            servo,
+            feet: soles.map(|sole| Foot::new(sole, &settings.contact)),
+            stabiliser: Stabiliser::new(settings.stabiliser, &model, legs, imu_in_base),
+            sensors: SensorBank::new(settings.sensors, joint_count),
+            exact: PlantSensors::zero(joint_count),
+            ws: Workspace::new(&model),
+            state,
+            ticks: 0,
+            clock_start: None,
+            imu_velocity: Vec3::zeros(),
+            flows: EnergyFlows::default(),
+            truth: Truth::default(),
+            fallen: None,
+            resting_ticks: 0,
+            model,
+            settings,
+        })
+    }
+
+    /// The model that is simulated: the caller's, with rotor inertias, sole and push frames.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The settings it was built with.
+    #[must_use]
+    pub fn settings(&self) -> &PlantSettings {
+        &self.settings
+    }
+
+    /// Puts the robot into a configuration, at rest, and forgets everything before.
+    pub fn place(&mut self, q: &Configuration) {
+        let v = DVector::zeros(self.model.nv());
+        self.place_moving(q, &v);
+    }
+
+    /// Puts the robot into a configuration with a velocity (base twist in the base frame, joint rates).
+    pub fn place_moving(&mut self, q: &Configuration, v: &DVector<f64>) {
+        self.state.q.base = q.base;
+        self.state.q.joints.copy_from(&q.joints);
+        self.state.v.copy_from(v);
+        self.servo.hold(&q.joints);
+        self.feet.iter_mut().for_each(Foot::reset);
+        self.stepper.place(&self.model, &self.state);
+        self.stabiliser.restart();
+        self.sensors.restart();
+        self.ticks = 0;
+        self.clock_start = None;
+        self.flows = EnergyFlows::default();
+        self.fallen = None;
+        self.resting_ticks = 0;
+        self.truth = Truth::default();
+        forward_kinematics_velocity(&self.model, &mut self.ws, &self.state.q, &self.state.v);
+        self.imu_velocity = self.ws.velocity(&self.model, self.imu).linear;
+        let (kinetic_j, potential_j) = self.energies();
+        self.truth.energies.initial_j = kinetic_j + potential_j;
+        self.observe(Integration::default(), StabiliserReport::default());
+    }
+
+    /// Starts the clock of the pushes now; before, none acts.
+    pub fn start_clock(&mut self) {
+        self.clock_start = Some(self.ticks);
+    }
+
+    /// One control period under a command; returns what is measured at its end. A fallen robot no longer moves.
+    ///
+    /// # Panics
+    /// The command has not as many joints as the model.
+    pub fn tick(&mut self, command: &PlantCommand) -> &PlantSensors {
+        let joint_count = self.model.joint_count();
+        assert_eq!((command.joint_positions.len(), command.joint_torques.len()), (joint_count, joint_count));
+        if self.fallen.is_some() {
+            return self.sensors.current();
+        }
+        let period_s = self.settings.step.control_period_s;
+        let mut stabiliser = StabiliserReport::default();
+        let references = match &command.plan {
+            Some(plan) if self.settings.stabiliser.enabled => {
+                let measured = self.sensors.current();
+                stabiliser =
+                    self.stabiliser.step(&self.model, &command.joint_positions, plan, measured, period_s);
+                self.stabiliser.joint_positions()
+            }
+            _ => &command.joint_positions,
+        };
+        self.servo.command(references, &command.joint_torques, period_s);
+        let integration = self.integrate(period_s);
+        self.ticks += 1;
+        self.observe(integration, stabiliser);
+        self.sensors.current()
+    }
+
+    /// What is measured now.
+    #[must_use]
+    pub fn sensors(&self) -> &PlantSensors {
+        self.sensors.current()
+    }
+
+    /// What really is.
+    #[must_use]
+    pub fn truth(&self) -> &Truth {
+        &self.truth
+    }
+
+    /// Configuration and velocity, really.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Contact points of a foot (0 = left) at the tick: positions, forces, states. `None` for a hard foot.
+    #[must_use]
+    pub fn contact(&self, foot: usize) -> Option<&ContactReport> {
+        self.feet[foot].report()
+    }
+
+    /// Has it fallen?
+    #[must_use]
+    pub fn fallen(&self) -> Option<&Fall> {
+        self.fallen.as_ref()
+    }
+
+    /// Has it been at rest (see [`crate::settings::RestSettings`]) for the time set?
+    #[must_use]
+    pub fn at_rest(&self) -> bool {
+        self.resting_ticks as f64 * self.settings.step.control_period_s >= self.settings.rest.duration_s
+    }
+
+    /// Repeats a command until the robot is at rest, has fallen or the time is up; returns the time it took (s), or `None`.
+    pub fn settle(&mut self, command: &PlantCommand, time_max_s: f64) -> Option<f64> {
+        let ticks_max = (time_max_s / self.settings.step.control_period_s).ceil() as u64;
+        let first = self.ticks;
+        while !self.at_rest() {
+            if self.fallen.is_some() || self.ticks - first >= ticks_max {
+                return None;
+            }
+            self.tick(command);
+        }
+        Some((self.ticks - first) as f64 * self.settings.step.control_period_s)
+    }
+
+    fn integrate(&mut self, period_s: f64) -> Integration {
+        let steps = (period_s / self.settings.step.step_s).round().max(1.0) as usize;
+        let step_s = period_s / steps as f64;
+        let mut integration = Integration { steps, ..Default::default() };
+        for i in 0..steps {
+            let t_s = self.clock_start.map(|start| (self.ticks - start) as f64 * period_s + i as f64 * step_s);
+            self.applied.clear();
+            for (push, &frame) in self.settings.pushes.iter().zip(&self.pushed) {
+                let share = t_s.map_or(0.0, |t_s| push.active_share(t_s, step_s));
+                if share > 0.0 {
+                    self.applied.push(AppliedForce { frame, force: share * Vec3::from(push.force_n) });
+                }
+            }
+            let time = StepTime { step_s, period_s, share_at_end: (i + 1) as f64 / steps as f64 };
+            let report = self.stepper.step(
+                &self.model,
+                &mut self.state,
+                &self.servo,
+                &mut self.feet,
+                &self.settings.ground,
+                &self.applied,
+                time,
+                &mut self.flows,
+            );
+            integration.newton_steps += report.newton_steps;
+            integration.unconverged_steps += usize::from(!report.converged);
+            integration.unconverged_contacts += usize::from(!report.contacts_converged);
+            integration.saturated_drives_max = integration.saturated_drives_max.max(report.saturated_drives);
+        }
+        integration
+    }
+
+    /// Fills sensors and truth from the state.
+    fn observe(&mut self, integration: Integration, stabiliser: StabiliserReport) {
+        let (model, ws) = (&self.model, &mut self.ws);
+        forward_kinematics_velocity(model, ws, &self.state.q, &self.state.v);
+        let t_s = self.ticks as f64 * self.settings.step.control_period_s;
+        let momentum = self.stepper.momentum(&self.state);
+        let mass = model.total_mass_kg();
+        let base_frame = model.base_frame();
+
+        let mut feet = [FootTruth::default(); 2];
+        let mut total = Wrench::zero();
+        for (i, foot) in feet.iter_mut().enumerate() {
+            let sole = ws.placement(model, self.sole_frames[i]);
+            let wrench = self.stepper.wrenches[i];
+            let ground_height_m = self.settings.ground.height_and_normal(sole.translation.x, sole.translation.y).0;
+            let origin = Vec3::new(sole.translation.x, sole.translation.y, ground_height_m);
+            let zmp = zero_moment_point(&wrench.about(&(origin - sole.translation)), &origin);
+            *foot = FootTruth { sole, ankle: ws.placement(model, self.legs[i].ankle), wrench, zmp, ground_height_m };
+            total = total + wrench.about(&-sole.translation);
+        }
+        let origin = Vec3::new(0.0, 0.0, 0.5 * (feet[0].ground_height_m + feet[1].ground_height_m));
+        let pushes: Vec3 = self.applied.iter().map(|push| push.force).sum();
+
+        // Exact measurements.
+        let exact = &mut self.exact;
+        let X_WI = ws.placement(model, self.imu);
+        let twist = ws.velocity(model, self.imu);
+        let passed = if self.ticks == 0 { f64::INFINITY } else { self.settings.step.control_period_s };
+        exact.t_s = t_s;
+        exact.joint_positions.copy_from(&self.state.q.joints);
+        exact.joint_rates.copy_from(&self.state.v.rows(model.base_dofs(), model.joint_count()));
+        for (torque, drive) in exact.joint_torques.iter_mut().zip(self.stepper.drives()) {
+            *torque = drive.motor_nm;
+        }
+        exact.acceleration = X_WI.rotation.tr_mul(&((twist.linear - self.imu_velocity) / passed - model.gravity()));
+        exact.angular_velocity = X_WI.rotation.tr_mul(&twist.angular);
+        exact.orientation = X_WI.rotation;
+        self.imu_velocity = twist.linear;
+        for i in 0..2 {
+            let in_ankle = feet[i].ankle.rotation.transpose();
+            let about_sensor =
+                feet[i].wrench.about(&(feet[i].ankle.point(&self.legs[i].sensor_in_ankle.translation) - feet[i].sole.translation));
+            let in_sensor = self.legs[i].sensor_in_ankle.rotation.transpose() * in_ankle;
+            exact.foot_wrenches[i] =
+                Wrench { force: in_sensor * about_sensor.force, moment: in_sensor * about_sensor.moment };
+        }
+        self.sensors.measure(exact);
+
+        let base_twist = ws.velocity(model, base_frame);
+        let rest = &self.settings.rest;
+        let resting = base_twist.linear.norm() < rest.base_speed_max_m_per_s
+            && base_twist.angular.norm() < rest.base_rate_max_rad_per_s;
+        self.resting_ticks = if resting && self.ticks > 0 { self.resting_ticks + 1 } else { 0 };
+        if let Some(reason) = detect(&self.settings.fall, model, ws, &self.links, &self.settings.ground) {
+            self.fallen = Some(Fall { t_s, reason });
+        }
+        self.truth = Truth {
+            t_s,
+            base: ws.placement(model, base_frame),
+            base_twist,
+            com: momentum.com,
+            com_velocity: momentum.linear / mass,
+            com_acceleration: (total.force + pushes) / mass + model.gravity(),
+            angular_momentum: momentum.angular,
+            zmp: zero_moment_point(&total.about(&origin), &origin),
+            feet,
+            energies: self.truth.energies,
+            integration,
+            stabiliser,
+            limited_references: self.servo.limited_references(),
+        };
+        let (kinetic_j, potential_j) = self.energies();
+        let initial_j = self.truth.energies.initial_j;
+        self.truth.energies = Energies { kinetic_j, potential_j, initial_j, flows: self.flows };
+    }
+
+    /// Kinetic and potential energy (J).
+    fn energies(&self) -> (f64, f64) {
+        let M = self.stepper.mass_matrix();
+        let kinetic = 0.5 * M.row_iter().zip(self.state.v.iter()).map(|(row, v)| v * row.tr_dot(&self.state.v)).sum::<f64>();
+        let com = self.stepper.momentum(&self.state).com;
+        (kinetic, -self.model.total_mass_kg() * self.model.gravity().dot(&com))
+    }
+}
+
+/// Every link but the feet and what moves with them.
+fn links_off_the_ground(model: &Model, ankles: &[FrameIndex; 2]) -> Vec<FrameIndex> {
+    let feet = ankles.map(|ankle| model.joint_above(ankle));
+    // The link between the ankle's pitch and roll axes has its origin at the ankle too.
+    let mut ws = Workspace::new(model);
+    multibody::forward_kinematics(model, &mut ws, &model.neutral());
+    let at_ankle = |frame: FrameIndex| {
+        ankles.iter().any(|&ankle| {
+            (ws.placement(model, frame).translation - ws.placement(model, ankle).translation).norm() == 0.0
+        })
+    };
+    (0..model.frames().len())
+        .map(FrameIndex)
+        .filter(|&frame| !feet.contains(&model.joint_above(frame)) && !at_ankle(frame))
+        .collect()
+}

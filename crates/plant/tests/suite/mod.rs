@@ -1,0 +1,3 @@
+mod free_fall;
+mod robot;
+mod standing;
