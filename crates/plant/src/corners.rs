@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 use sole::Ground;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench, so3};
 
+use crate::settings::{SettingsError, not_negative, positive};
+
 /// Four stiff corners.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -44,6 +46,21 @@ impl Default for CornerSettings {
             friction: 0.65,
             ankle_in_sole_m: [-0.015, -0.011, 0.103],
         }
+    }
+}
+
+impl CornerSettings {
+    pub(crate) fn check(&self, path: &str) -> Result<(), SettingsError> {
+        for (name, value) in [
+            ("half_length_m", self.half_length_m),
+            ("half_width_m", self.half_width_m),
+            ("normal_stiffness_n_per_m", self.normal_stiffness_n_per_m),
+            ("tangential_stiffness_n_per_m", self.tangential_stiffness_n_per_m),
+        ] {
+            positive(&format!("{path}.{name}"), value)?;
+        }
+        not_negative(&format!("{path}.viscosity_time_s"), self.viscosity_time_s)?;
+        not_negative(&format!("{path}.friction"), self.friction)
     }
 }
 
@@ -194,7 +211,8 @@ mod tests {
             wrench_at(&mut contact, &start);
             contact.commit();
             let moved = Vec3::new(3e-6, -5e-6, -2e-6);
-            let pose = Transform::new(so3::exp(&Vec3::new(1e-6, 3e-6, 2e-5)) * start.rotation, start.translation + moved);
+            let pose =
+                Transform::new(so3::exp(&Vec3::new(1e-6, 3e-6, 2e-5)) * start.rotation, start.translation + moved);
             let tangent = contact.evaluate(&pose, &Plane, 1e-3).tangent;
             let step = 1e-9;
             for axis in 0..6 {
@@ -204,8 +222,12 @@ mod tests {
                     let turn = so3::exp(&d.fixed_rows::<3>(3).into());
                     Transform::new(turn * pose.rotation, pose.translation + d.fixed_rows::<3>(0))
                 };
-                let difference = (wrench_at(&mut contact, &shifted(1.0)) - wrench_at(&mut contact, &shifted(-1.0))) / (2.0 * step);
-                assert!((difference - tangent.column(axis)).norm() < 1e-5 * tangent.norm(), "axis {axis}, mu {friction}");
+                let difference =
+                    (wrench_at(&mut contact, &shifted(1.0)) - wrench_at(&mut contact, &shifted(-1.0))) / (2.0 * step);
+                assert!(
+                    (difference - tangent.column(axis)).norm() < 1e-5 * tangent.norm(),
+                    "axis {axis}, mu {friction}"
+                );
             }
         }
     }

@@ -41,13 +41,13 @@ impl PlantSole {
 /// Contact state of one foot.
 pub(crate) enum Foot {
     Elastic(Box<PoseDrivenContact>),
-    Corners(CornerContact),
+    Corners(Box<CornerContact>),
 }
 
 impl Foot {
     pub fn new(sole: PlantSole, settings: &ContactSettings) -> Self {
         match sole {
-            PlantSole::Corners(corners) => Self::Corners(CornerContact::new(corners)),
+            PlantSole::Corners(corners) => Self::Corners(Box::new(CornerContact::new(corners))),
             PlantSole::Elastic(model) => {
                 let settings = PoseDrivenSettings {
                     tolerance: settings.tolerance,
@@ -83,8 +83,17 @@ impl Foot {
         }
     }
 
-    /// Forgets all contact.
-    pub fn reset(&mut self) {
+    /// Contact starts anew at a pose in which the sole has stood for long: viscous stress has relaxed.
+    pub fn place(&mut self, X_WS: &Transform, ground: &dyn Ground) -> ContactEvaluation {
+        /// Long against any viscosity time (s).
+        const FOR_EVER_S: f64 = 1e6;
+        self.reset();
+        let contact = self.evaluate(X_WS, ground, FOR_EVER_S);
+        self.commit();
+        contact
+    }
+
+    fn reset(&mut self) {
         match self {
             Self::Elastic(contact) => contact.reset(),
             Self::Corners(contact) => contact.reset(),

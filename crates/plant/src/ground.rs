@@ -82,7 +82,11 @@ impl GroundShape {
                 positive("ground.shape.columns", *columns as f64)?;
                 let rows = heights_m.len() / columns;
                 if rows == 0 || rows * columns != heights_m.len() {
-                    return Err(SettingsError::HeightField { found: heights_m.len(), rows: rows.max(1), columns: *columns });
+                    return Err(SettingsError::HeightField {
+                        found: heights_m.len(),
+                        rows: rows.max(1),
+                        columns: *columns,
+                    });
                 }
                 Ok(())
             }

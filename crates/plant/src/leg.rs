@@ -175,7 +175,12 @@ mod tests {
     const ROUNDING_M: f64 = 1e-12;
 
     fn left() -> LegGeometry {
-        LegGeometry { hip_in_base: Vec3::new(0.0, 0.0875, 0.0), knee_offset_m: -0.01905, thigh_m: 0.358, shank_m: 0.34115 }
+        LegGeometry {
+            hip_in_base: Vec3::new(0.0, 0.0875, 0.0),
+            knee_offset_m: -0.01905,
+            thigh_m: 0.358,
+            shank_m: 0.34115,
+        }
     }
 
     fn pose_error(a: &Transform, b: &Transform) -> f64 {

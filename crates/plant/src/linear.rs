@@ -14,10 +14,13 @@ pub fn solve_in_place(a: &mut DMatrix<f64>, b: &mut DVector<f64>) -> Result<(), 
     let n = b.len();
     assert_eq!(a.shape(), (n, n));
     for k in 0..n {
-        let (offset, pivot) =
-            a.column(k).rows_range(k..).iter().map(|x| x.abs()).enumerate().fold((0, 0.0), |best, (i, x)| {
-                if x > best.1 { (i, x) } else { best }
-            });
+        let (offset, pivot) = a
+            .column(k)
+            .rows_range(k..)
+            .iter()
+            .map(|x| x.abs())
+            .enumerate()
+            .fold((0, 0.0), |best, (i, x)| if x > best.1 { (i, x) } else { best });
         if pivot == 0.0 || !pivot.is_finite() {
             return Err(Singular(k));
         }

@@ -13,7 +13,7 @@ use crate::sensor::{PlantSensors, SensorBank};
 use crate::servo::{Servo, UnknownDrive};
 use crate::settings::{PlantSettings, SettingsError};
 use crate::stabiliser::{Leg, Plan, Stabiliser, StabiliserReport};
-use crate::step::{AppliedForce, State, StepTime, Stepper};
+use crate::step::{AppliedForce, Scene, State, StepTime, Stepper};
 use crate::truth::{FootTruth, Integration, Truth, zero_moment_point};
 
 /// Names of the frames and joints that the plant needs to know. Feet and legs are left, right.
@@ -145,8 +145,7 @@ impl Plant {
             });
         }
         let legs = [legs[0], legs[1]];
-        let imu_in_base =
-            (ws.placement(&model, model.base_frame()).inverse() * ws.placement(&model, imu)).rotation;
+        let imu_in_base = (ws.placement(&model, model.base_frame()).inverse() * ws.placement(&model, imu)).rotation;
         let sole_frames =
             [0, 1].map(|i| model.add_frame(["left sole", "right sole"][i], ankles[i], legs[i].sole_in_ankle));
         let joint_count = model.joint_count();
@@ -190,7 +189,9 @@ impl Plant {
         &self.settings
     }
 
-    /// Puts the robot into a configuration, at rest, and forgets everything before.
+    /// Puts the robot into a configuration, at rest, and forgets everything before. Soles that the configuration presses into
+    /// the ground have stood so for long: put them where they carry the robot (the pattern's start, deformed by the estimator), and
+    /// nothing jumps.
     pub fn place(&mut self, q: &Configuration) {
         let v = DVector::zeros(self.model.nv());
         self.place_moving(q, &v);
@@ -202,8 +203,13 @@ impl Plant {
         self.state.q.joints.copy_from(&q.joints);
         self.state.v.copy_from(v);
         self.servo.hold(&q.joints);
-        self.feet.iter_mut().for_each(Foot::reset);
-        self.stepper.place(&self.model, &self.state);
+        forward_kinematics_velocity(&self.model, &mut self.ws, &self.state.q, &self.state.v);
+        self.imu_velocity = self.ws.velocity(&self.model, self.imu).linear;
+        let wrenches = [0, 1].map(|i| {
+            let X_WS = self.ws.placement(&self.model, self.sole_frames[i]);
+            self.feet[i].place(&X_WS, &self.settings.ground).wrench
+        });
+        self.stepper.place(&self.model, &self.state, wrenches);
         self.stabiliser.restart();
         self.sensors.restart();
         self.ticks = 0;
@@ -212,8 +218,6 @@ impl Plant {
         self.fallen = None;
         self.resting_ticks = 0;
         self.truth = Truth::default();
-        forward_kinematics_velocity(&self.model, &mut self.ws, &self.state.q, &self.state.v);
-        self.imu_velocity = self.ws.velocity(&self.model, self.imu).linear;
         let (kinetic_j, potential_j) = self.energies();
         self.truth.energies.initial_j = kinetic_j + potential_j;
         self.observe(Integration::default(), StabiliserReport::default());
@@ -239,8 +243,7 @@ impl Plant {
         let references = match &command.plan {
             Some(plan) if self.settings.stabiliser.enabled => {
                 let measured = self.sensors.current();
-                stabiliser =
-                    self.stabiliser.step(&self.model, &command.joint_positions, plan, measured, period_s);
+                stabiliser = self.stabiliser.step(&self.model, &command.joint_positions, plan, measured, period_s);
                 self.stabiliser.joint_positions()
             }
             _ => &command.joint_positions,
@@ -315,16 +318,9 @@ impl Plant {
                 }
             }
             let time = StepTime { step_s, period_s, share_at_end: (i + 1) as f64 / steps as f64 };
-            let report = self.stepper.step(
-                &self.model,
-                &mut self.state,
-                &self.servo,
-                &mut self.feet,
-                &self.settings.ground,
-                &self.applied,
-                time,
-                &mut self.flows,
-            );
+            let scene =
+                Scene { model: &self.model, servo: &self.servo, ground: &self.settings.ground, applied: &self.applied };
+            let report = self.stepper.step(&scene, &mut self.state, &mut self.feet, time, &mut self.flows);
             integration.newton_steps += report.newton_steps;
             integration.unconverged_steps += usize::from(!report.converged);
             integration.unconverged_contacts += usize::from(!report.contacts_converged);
@@ -371,13 +367,13 @@ impl Plant {
         exact.angular_velocity = X_WI.rotation.tr_mul(&twist.angular);
         exact.orientation = X_WI.rotation;
         self.imu_velocity = twist.linear;
-        for i in 0..2 {
-            let in_ankle = feet[i].ankle.rotation.transpose();
-            let about_sensor =
-                feet[i].wrench.about(&(feet[i].ankle.point(&self.legs[i].sensor_in_ankle.translation) - feet[i].sole.translation));
-            let in_sensor = self.legs[i].sensor_in_ankle.rotation.transpose() * in_ankle;
-            exact.foot_wrenches[i] =
-                Wrench { force: in_sensor * about_sensor.force, moment: in_sensor * about_sensor.moment };
+        for ((measured, foot), leg) in exact.foot_wrenches.iter_mut().zip(&feet).zip(&self.legs) {
+            let sensor = foot.ankle * leg.sensor_in_ankle;
+            let about_sensor = foot.wrench.about(&(sensor.translation - foot.sole.translation));
+            *measured = Wrench {
+                force: sensor.rotation.tr_mul(&about_sensor.force),
+                moment: sensor.rotation.tr_mul(&about_sensor.moment),
+            };
         }
         self.sensors.measure(exact);
 
@@ -412,7 +408,8 @@ impl Plant {
     /// Kinetic and potential energy (J).
     fn energies(&self) -> (f64, f64) {
         let M = self.stepper.mass_matrix();
-        let kinetic = 0.5 * M.row_iter().zip(self.state.v.iter()).map(|(row, v)| v * row.tr_dot(&self.state.v)).sum::<f64>();
+        let kinetic =
+            0.5 * M.row_iter().zip(self.state.v.iter()).map(|(row, v)| v * row.tr_dot(&self.state.v)).sum::<f64>();
         let com = self.stepper.momentum(&self.state).com;
         (kinetic, -self.model.total_mass_kg() * self.model.gravity().dot(&com))
     }

@@ -35,7 +35,9 @@ impl ConvexPolygon {
         let mut extend = |range: &mut dyn Iterator<Item = &Vector2<f64>>, count: &mut usize| {
             let start = *count;
             for p in range {
-                while *count >= start + 2 && cross(&(chain[*count - 1] - chain[*count - 2]), &(p - chain[*count - 2])) <= 0.0 {
+                while *count >= start + 2
+                    && cross(&(chain[*count - 1] - chain[*count - 2]), &(p - chain[*count - 2])) <= 0.0
+                {
                     *count -= 1;
                 }
                 chain[*count] = *p;

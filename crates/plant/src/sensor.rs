@@ -167,7 +167,8 @@ impl SensorBank {
 }
 
 fn add_errors(settings: &SensorSettings, noise: &mut Noise, sample: &mut PlantSensors) {
-    let white = |noise: &mut Noise, deviation: f64| if deviation > 0.0 { deviation * noise.normal3() } else { Vec3::zeros() };
+    let white =
+        |noise: &mut Noise, deviation: f64| if deviation > 0.0 { deviation * noise.normal3() } else { Vec3::zeros() };
     for (deviation, values) in [
         (settings.joint_noise_rad, &mut sample.joint_positions),
         (settings.joint_rate_noise_rad_per_s, &mut sample.joint_rates),
@@ -225,7 +226,9 @@ mod tests {
         let settings = SensorSettings { seed: 5, joint_noise_rad: 0.02, ..Default::default() };
         let run = |settings| {
             let mut bank = SensorBank::new(settings, 3);
-            (0..20_000).flat_map(|_| bank.measure(&exact(1.0)).joint_positions.iter().copied().collect::<Vec<_>>()).collect::<Vec<_>>()
+            (0..20_000)
+                .flat_map(|_| bank.measure(&exact(1.0)).joint_positions.iter().copied().collect::<Vec<_>>())
+                .collect::<Vec<_>>()
         };
         let values = run(settings);
         let variance = values.iter().map(|v| (v - 1.0f64).powi(2)).sum::<f64>() / values.len() as f64;

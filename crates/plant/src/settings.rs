@@ -276,10 +276,15 @@ mod tests {
         assert!(wrong("[step]\nstep_s = 0.0").contains("step.step_s"));
         assert!(wrong("[step]\nstep_s = 0.006").contains("longer than"));
         assert!(wrong("[contact]\nviscosity_time_s = -1.0").contains("contact.viscosity_time_s"));
-        assert!(wrong("[servo.joints.L_KNEE_P]\nstiffness_nm_per_rad = nan").contains("servo.joints.L_KNEE_P.stiffness"));
+        assert!(
+            wrong("[servo.joints.L_KNEE_P]\nstiffness_nm_per_rad = nan").contains("servo.joints.L_KNEE_P.stiffness")
+        );
         assert!(wrong("[stabiliser]\nroll_damping_nm_s_per_rad = 0.0").contains("stabiliser.roll_damping"));
         assert!(wrong("[sensors]\njoint_noise_rad = -1.0").contains("sensors.joint_noise_rad"));
-        assert!(wrong("[[pushes]]\nlink = \"body\"\nstart_s = 1.0\nduration_s = 0.0\nforce_n = [1.0, 0.0, 0.0]").contains("pushes[0]"));
+        assert!(
+            wrong("[[pushes]]\nlink = \"body\"\nstart_s = 1.0\nduration_s = 0.0\nforce_n = [1.0, 0.0, 0.0]")
+                .contains("pushes[0]")
+        );
         let field = "[ground.shape]\nkind = \"height-field\"\norigin_m = [0.0, 0.0]\nspacing_m = 0.1\ncolumns = 3\nheights_m = [0.0, 0.0]";
         assert!(wrong(field).contains("heights_m has 2"));
     }
@@ -287,7 +292,10 @@ mod tests {
     #[test]
     fn settings_survive_a_file() {
         let mut settings = PlantSettings::default();
-        settings.servo.joints.insert("L_KNEE_P".to_owned(), DriveSettings { stiffness_nm_per_rad: 2e4, ..Default::default() });
+        settings
+            .servo
+            .joints
+            .insert("L_KNEE_P".to_owned(), DriveSettings { stiffness_nm_per_rad: 2e4, ..Default::default() });
         settings.pushes.push(Push { link: "torso".to_owned(), start_s: 1.0, ..Push::default() });
         let text = toml::to_string(&settings).unwrap();
         assert_eq!(toml::from_str::<PlantSettings>(&text).unwrap(), settings);

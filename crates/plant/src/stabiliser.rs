@@ -54,6 +54,7 @@ use spatial::{Mat3, Transform, Vec3, Wrench, so3};
 use crate::leg::LegGeometry;
 use crate::polygon::ConvexPolygon;
 use crate::sensor::PlantSensors;
+use crate::truth::zero_moment_point;
 
 /// The plan that comes with a command: what the robot should do at the command's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,6 +84,17 @@ pub struct FootPlan {
     pub zmp: Vector2<f64>,
     /// Ankle pose `X_WA`, axes of the foot.
     pub ankle: Transform,
+}
+
+impl FootPlan {
+    /// From the wrench of the ground about the ankle, world axes: the ZMP is where that wrench has no horizontal moment on the
+    /// ground, `height_m` high. A foot without load has it below the ankle.
+    #[must_use]
+    pub fn of_wrench(in_contact: bool, load_share: f64, about_ankle: &Wrench, ankle: Transform, height_m: f64) -> Self {
+        let below = Vec3::new(ankle.translation.x, ankle.translation.y, height_m);
+        let zmp = zero_moment_point(&about_ankle.about(&(below - ankle.translation)), &below);
+        Self { in_contact, load_share, force: about_ankle.force, zmp: zmp.unwrap_or(below.xy()), ankle }
+    }
 }
 
 /// What the stabiliser saw, wanted and did in one tick; for logs.
@@ -153,12 +165,7 @@ struct WantedFoot {
 }
 
 impl Stabiliser {
-    pub(crate) fn new(
-        settings: StabiliserSettings,
-        model: &Model,
-        legs: [Leg; 2],
-        imu_in_base: Mat3,
-    ) -> Self {
+    pub(crate) fn new(settings: StabiliserSettings, model: &Model, legs: [Leg; 2], imu_in_base: Mat3) -> Self {
         Self {
             settings,
             legs,
@@ -271,7 +278,8 @@ impl Stabiliser {
             let (x, y) = (self.settings.zmp_half_length_m, self.settings.zmp_half_width_m);
             let inside = centre.xy() + heading * Vector2::new(offset.x.clamp(-x, x), offset.y.clamp(-y, y));
             // Horizontal force of the pendulum at the measured centre of mass and desired ZMP, by load.
-            let horizontal = vertical * measured.omega * measured.omega / self.gravity * (measured.com.xy() - zmp_desired);
+            let horizontal =
+                vertical * measured.omega * measured.omega / self.gravity * (measured.com.xy() - zmp_desired);
             let force = Vec3::new(horizontal.x, horizontal.y, vertical);
             let arm = Vec3::new(inside.x, inside.y, centre.z) - foot.ankle.translation;
             WantedFoot { vertical_force: vertical, moment: heading.tr_mul(&arm.cross(&force).xy()) }
@@ -362,4 +370,19 @@ fn standing_place(leg: &Leg, foot: &FootPlan) -> (Vec3, Matrix2<f64>) {
     let forward = foot.ankle.rotation.column(0);
     let forward = Vector2::new(forward.x, forward.y).normalize();
     (centre, Matrix2::new(forward.x, -forward.y, forward.y, forward.x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrench_about_the_ankle_is_a_force_at_a_zmp() {
+        let ankle = Transform::from_translation(Vec3::new(0.1, 0.08, 0.103));
+        let (force, zmp) = (Vec3::new(5.0, -8.0, 200.0), Vec3::new(0.12, 0.07, 0.0));
+        let about_ankle = Wrench { force, moment: (zmp - ankle.translation).cross(&force) };
+        let plan = FootPlan::of_wrench(true, 0.5, &about_ankle, ankle, 0.0);
+        assert!((plan.zmp - zmp.xy()).norm() < 1e-15);
+        assert_eq!(FootPlan::of_wrench(false, 0.0, &Wrench::zero(), ankle, 0.0).zmp, Vector2::new(0.1, 0.08));
+    }
 }

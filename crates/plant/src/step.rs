@@ -31,9 +31,7 @@
 //! on one sole (150 rad/s at 1 ms), against about 1.5 from the sole's own viscosity; 0.002 for the slow roll mode (4 rad/s).
 //! The [energies](crate::energy) name what the integrator itself dissipates.
 
-use multibody::{
-    Configuration, FrameIndex, Model, Workspace, bias_forces, crba, forward_kinematics, frame_jacobian,
-};
+use multibody::{Configuration, FrameIndex, Model, Workspace, bias_forces, crba, forward_kinematics, frame_jacobian};
 use nalgebra::{DMatrix, DVector};
 use sole::Ground;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench, so3};
@@ -110,6 +108,14 @@ pub(crate) struct Stepper {
     pub wrenches: [Wrench; 2],
 }
 
+/// What does not change during a step.
+pub(crate) struct Scene<'a> {
+    pub model: &'a Model,
+    pub servo: &'a Servo,
+    pub ground: &'a dyn Ground,
+    pub applied: &'a [AppliedForce],
+}
+
 /// Where the step lies in the control period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepTime {
@@ -148,9 +154,9 @@ impl Stepper {
     }
 
     /// To be called when the state was set from outside.
-    pub fn place(&mut self, model: &Model, state: &State) {
+    pub fn place(&mut self, model: &Model, state: &State, wrenches: [Wrench; 2]) {
         crba(model, &mut self.ws, &state.q, &mut self.M);
-        self.wrenches = [Wrench::zero(); 2];
+        self.wrenches = wrenches;
         self.drives.fill(DriveTorque::default());
     }
 
@@ -171,23 +177,20 @@ impl Stepper {
     /// Advances `state` by one step.
     pub fn step(
         &mut self,
-        model: &Model,
+        scene: &Scene<'_>,
         state: &mut State,
-        servo: &Servo,
         feet: &mut [Foot; 2],
-        ground: &dyn Ground,
-        applied: &[AppliedForce],
         time: StepTime,
         flows: &mut EnergyFlows,
     ) -> StepReport {
         let before = self.momentum(state);
-        self.prepare(model, state, applied);
+        self.prepare(scene, state);
 
         // Newton on the velocity at the end of the step.
         self.v1.copy_from(&state.v);
         let mut report = StepReport::default();
         loop {
-            let tangents = self.evaluate(model, state, servo, feet, ground, time, &mut report);
+            let tangents = self.evaluate(scene, state, feet, time, &mut report);
             report.converged = report.residual_n <= self.settings.force_tolerance_n;
             if report.converged || report.newton_steps == self.settings.newton_steps_max {
                 break;
@@ -199,8 +202,8 @@ impl Stepper {
             foot.commit();
         }
 
-        self.balance_momentum(model, state, applied, &before, time.step_s);
-        self.account(model, applied, flows);
+        self.balance_momentum(scene, state, &before, time.step_s);
+        self.account(scene, flows);
         std::mem::swap(&mut state.q, &mut self.q1);
         state.v.copy_from(&self.v1);
         report.saturated_drives = self.drives.iter().filter(|drive| drive.saturated).count();
@@ -208,14 +211,15 @@ impl Stepper {
     }
 
     /// Everything that stays during the Newton steps: bias forces, Jacobians, applied forces.
-    fn prepare(&mut self, model: &Model, state: &State, applied: &[AppliedForce]) {
+    fn prepare(&mut self, scene: &Scene<'_>, state: &State) {
+        let model = scene.model;
         bias_forces(model, &mut self.ws, &state.q, &state.v, &mut self.bias);
         forward_kinematics(model, &mut self.ws, &state.q);
         for (J, frame) in self.J.iter_mut().zip(self.sole_frames) {
             frame_jacobian(model, &mut self.ws, frame, J);
         }
         self.applied.fill(0.0);
-        for push in applied {
+        for push in scene.applied {
             frame_jacobian(model, &mut self.ws, push.frame, &mut self.J_applied);
             self.applied.gemv_tr(1.0, &self.J_applied.rows(0, 3), &push.force, 1.0);
         }
@@ -224,14 +228,13 @@ impl Stepper {
     /// Forces and residual (as an impulse) at the present `v1`; returns the soles' tangents.
     fn evaluate(
         &mut self,
-        model: &Model,
+        scene: &Scene<'_>,
         state: &State,
-        servo: &Servo,
         feet: &mut [Foot; 2],
-        ground: &dyn Ground,
         time: StepTime,
         report: &mut StepReport,
     ) -> [Mat6; 2] {
+        let model = scene.model;
         let dt = time.step_s;
         let base_dofs = model.base_dofs();
         self.step_v.copy_from(&self.v1);
@@ -253,7 +256,7 @@ impl Stepper {
                 position: self.q1.joints[i],
                 rate: self.v1[base_dofs + i],
             };
-            let drive = servo.torque(i, &end);
+            let drive = scene.servo.torque(i, &end);
             self.residual[base_dofs + i] -= dt * (drive.motor_nm + drive.friction_nm);
             self.damping[base_dofs + i] = -drive.derivative;
             self.drives[i] = drive;
@@ -263,7 +266,7 @@ impl Stepper {
         self.slip_work_j = 0.0;
         for (i, foot) in feet.iter_mut().enumerate() {
             let X_WS = self.trial_ws.placement(model, self.sole_frames[i]);
-            let contact = foot.evaluate(&X_WS, ground, dt);
+            let contact = foot.evaluate(&X_WS, scene.ground, dt);
             report.contacts_converged &= contact.converged;
             self.slip_work_j += contact.slip_work_j;
             self.wrenches[i] = contact.wrench;
@@ -294,14 +297,8 @@ impl Stepper {
     }
 
     /// Sets the base's twist so that the total momentum has changed by exactly the impulse of the external forces.
-    fn balance_momentum(
-        &mut self,
-        model: &Model,
-        state: &State,
-        applied: &[AppliedForce],
-        before: &Momentum,
-        dt: f64,
-    ) {
+    fn balance_momentum(&mut self, scene: &Scene<'_>, state: &State, before: &Momentum, dt: f64) {
+        let model = scene.model;
         crba(model, &mut self.ws, &self.q1, &mut self.M);
         if model.base_dofs() != 6 {
             return;
@@ -317,7 +314,7 @@ impl Stepper {
             force += wrench.force;
             moment += wrench.moment + arm.cross(&wrench.force);
         }
-        for push in applied {
+        for push in scene.applied {
             let arm = self.trial_ws.placement(model, push.frame).translation - before.com;
             force += push.force;
             moment += arm.cross(&push.force);
@@ -332,14 +329,15 @@ impl Stepper {
         let is = base_momentum(&self.M, &self.v1);
         let missing = Vec6::new(p_B.x, p_B.y, p_B.z, L_B.x, L_B.y, L_B.z) - is;
         let locked: Mat6 = self.M.fixed_view::<6, 6>(0, 0).into_owned();
-        let correction = locked.cholesky().expect("the inertia of the whole robot is positive definite").solve(&missing);
+        let correction =
+            locked.cholesky().expect("the inertia of the whole robot is positive definite").solve(&missing);
         let mut base = self.v1.fixed_rows_mut::<6>(0);
         base += correction;
     }
 
     /// Work of the step's forces over the step's displacement `dt v1`.
-    fn account(&self, model: &Model, applied: &[AppliedForce], flows: &mut EnergyFlows) {
-        let base_dofs = model.base_dofs();
+    fn account(&self, scene: &Scene<'_>, flows: &mut EnergyFlows) {
+        let base_dofs = scene.model.base_dofs();
         for (i, drive) in self.drives.iter().enumerate() {
             let angle = self.step_v[base_dofs + i];
             flows.servo_j += drive.motor_nm * angle;
@@ -349,7 +347,7 @@ impl Stepper {
             flows.contact_j += wrench.to_vector().dot(&(J * &self.step_v));
         }
         flows.slip_j -= self.slip_work_j;
-        if !applied.is_empty() {
+        if !scene.applied.is_empty() {
             flows.push_j += self.applied.dot(&self.step_v);
         }
     }

@@ -89,7 +89,8 @@ impl Measurement {
         let com = center_of_mass(model, &self.ws) + position;
         let relative = &self.com_jacobian * &self.v;
         let com_velocity = Vec3::new(relative[0], relative[1], relative[2]) + velocity;
-        let ground = plan.feet.iter().zip(&self.legs).map(|(foot, leg)| (foot.load_share, standing_place(leg, foot).0.z));
+        let ground =
+            plan.feet.iter().zip(&self.legs).map(|(foot, leg)| (foot.load_share, standing_place(leg, foot).0.z));
         let ground_height: f64 = ground.map(|(share, z)| share * z).sum();
         let omega = (gravity / (plan.com.z - ground_height)).sqrt();
         let tilt = so3::log(&(R_WB * plan.base.rotation.transpose()));

@@ -3,7 +3,7 @@
 use multibody::{Configuration, Model};
 use nalgebra::DVector;
 use plant::settings::{DriveSettings, ServoSettings, StepSettings};
-use plant::{CornerSettings, Plant, PlantSettings};
+use plant::{CornerSettings, Plant, PlantCommand, PlantSettings};
 use spatial::{Transform, Vec3, so3};
 
 use super::robot;
@@ -12,11 +12,8 @@ use super::robot;
 fn tumbling(step: StepSettings) -> (Plant, Configuration, DVector<f64>) {
     let model = robot::model();
     let limp = DriveSettings { stiffness_nm_per_rad: 0.0, damping_nm_s_per_rad: 0.0, ..Default::default() };
-    let settings = PlantSettings {
-        step,
-        servo: ServoSettings { default: limp, ..Default::default() },
-        ..Default::default()
-    };
+    let settings =
+        PlantSettings { step, servo: ServoSettings { default: limp, ..Default::default() }, ..Default::default() };
     let (q, v) = start(&model);
     let mut plant = Plant::new(settings, model, [CornerSettings::default(); 2], &robot::frames()).unwrap();
     plant.place_moving(&q, &v);
@@ -31,6 +28,10 @@ fn start(model: &Model) -> (Configuration, DVector<f64>) {
     (q, v)
 }
 
+fn hold(q: &Configuration) -> PlantCommand {
+    PlantCommand { joint_positions: q.joints.clone(), joint_torques: DVector::zeros(q.joints.len()), plan: None }
+}
+
 fn step(step_s: f64) -> StepSettings {
     StepSettings { step_s, control_period_s: 0.005, force_tolerance_n: 1e-10, newton_steps_max: 12 }
 }
@@ -41,7 +42,7 @@ fn momentum_follows_gravity_to_rounding() {
     let model = robot::model();
     let mass = model.total_mass_kg();
     let before = *plant.truth();
-    let command = robot::command(&q, None);
+    let command = hold(&q);
     for k in 1..=100 {
         plant.tick(&command);
         let now = plant.truth();
@@ -56,7 +57,7 @@ fn momentum_follows_gravity_to_rounding() {
 fn tumbling_converges_with_first_order() {
     let end = |step_s: f64| {
         let (mut plant, q, _) = tumbling(step(step_s));
-        let command = robot::command(&q, None);
+        let command = hold(&q);
         for _ in 0..40 {
             plant.tick(&command);
         }

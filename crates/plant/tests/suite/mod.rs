@@ -1,3 +1,5 @@
+mod balance;
+mod configuration;
 mod free_fall;
 mod robot;
 mod standing;

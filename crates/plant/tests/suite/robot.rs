@@ -1,53 +1,76 @@
 //! HRP-4 for tests: model, standing configurations, commands.
 
-use multibody::{Base, Configuration, JointIndex, Model, ModelOptions, Workspace, center_of_mass, forward_kinematics};
+use multibody::{
+    Configuration, FrameIndex, JointIndex, Model, ModelOptions, Workspace, center_of_mass, forward_kinematics,
+    rnea_with_external,
+};
 use nalgebra::{DVector, Vector2};
 use plant::leg::LegGeometry;
-use plant::{CornerSettings, FootPlan, Plan, PlantCommand, PlantFrames};
+use plant::settings::DriveSettings;
+use plant::{CornerSettings, FootPlan, Plan, PlantCommand, PlantFrames, PlantSettings};
+use robot::Robot;
 use sole::{Level, MeshSource, SoleModel, SoleSettings};
-use spatial::{Transform, Vec3};
+use spatial::{Transform, Vec3, Wrench};
+use std::path::Path;
 use std::sync::LazyLock;
 
-const URDF: &str = include_str!("../../../../robots/hrp4/hrp4.urdf");
-
-/// Joints that walking does not move.
-const LOCKED: [&str; 12] = [
-    "NECK_Y", "NECK_P", "R_WRIST_Y", "R_WRIST_P", "R_WRIST_R", "R_HAND_J0", "R_HAND_J1", "L_WRIST_Y", "L_WRIST_P",
-    "L_WRIST_R", "L_HAND_J0", "L_HAND_J1",
-];
-
 const LEG: [&str; 6] = ["HIP_Y", "HIP_R", "HIP_P", "KNEE_P", "ANKLE_P", "ANKLE_R"];
+
+fn hrp4() -> &'static Robot {
+    static ROBOT: LazyLock<Robot> = LazyLock::new(|| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
+        Robot::load(&folder).expect("the robot's own files")
+    });
+    &ROBOT
+}
 
 /// The ankle in the sole frame, left foot (m).
 pub const ANKLE_IN_SOLE_M: [f64; 3] = [-0.015, -0.011, 0.103];
 
+/// Walking model: hands, wrists and neck locked.
 pub fn model() -> Model {
-    let locked_joints = LOCKED.map(|name| (name.to_owned(), 0.0)).to_vec();
-    let options = ModelOptions { base: Base::Floating, locked_joints, ..Default::default() };
-    Model::from_urdf(URDF, &options).expect("the robot's own file")
+    let locked_joints = hrp4().description.walking_locked_joints();
+    Model::from_urdf(&hrp4().urdf, &ModelOptions { locked_joints, ..Default::default() }).expect("the robot's own file")
 }
 
 pub fn frames() -> PlantFrames {
+    let description = &hrp4().description;
+    let feet = [&description.feet[0], &description.feet[1]];
     PlantFrames {
-        imu: "imu".to_owned(),
-        ankles: ["l_ankle", "r_ankle"].map(str::to_owned),
-        force_sensors: ["l_foot_force_sensor", "r_foot_force_sensor"].map(str::to_owned),
+        imu: description.imu_frame.clone(),
+        ankles: feet.map(|foot| foot.ankle_frame.clone()),
+        force_sensors: feet.map(|foot| foot.force_sensor_frame.clone()),
         legs: ["L", "R"].map(|side| LEG.map(|joint| format!("{side}_{joint}"))),
     }
+}
+
+/// Default settings with the drives of `robot.toml`.
+pub fn settings() -> PlantSettings {
+    let mut settings = PlantSettings::default();
+    for joint in model().joints() {
+        let servo = hrp4().description.servo(&joint.name).expect("every joint has a servo");
+        let drive = DriveSettings {
+            stiffness_nm_per_rad: servo.kp_nm_per_rad,
+            damping_nm_s_per_rad: servo.kd_nm_s_per_rad,
+            rotor_inertia_kg_m2: servo.rotor_inertia_kg_m2,
+            viscous_friction_nm_s_per_rad: servo.viscous_friction_nm_s_per_rad,
+            coulomb_friction_nm: servo.coulomb_friction_nm,
+            ..Default::default()
+        };
+        settings.servo.joints.insert(joint.name.clone(), drive);
+    }
+    settings
 }
 
 fn leg_joints(model: &Model) -> [[JointIndex; 6]; 2] {
     frames().legs.map(|leg| leg.map(|name| model.joint(&name).expect("a leg's joint")))
 }
 
-/// Half-sitting arms and chest; the legs follow from [`stand`].
+/// Half-sitting; the legs then follow from [`stand`].
 pub fn posture(model: &Model) -> Configuration {
     let mut q = model.neutral();
-    for (name, degrees) in [
-        ("CHEST_P", 8.0), ("R_SHOULDER_P", -3.0), ("L_SHOULDER_P", -3.0), ("R_SHOULDER_R", -10.0), ("L_SHOULDER_R", 10.0),
-        ("R_ELBOW_P", -30.0), ("L_ELBOW_P", -30.0),
-    ] {
-        q.joints[model.joint(name).expect("a joint of the upper body").0] = f64::to_radians(degrees);
+    for (angle, joint) in q.joints.iter_mut().zip(model.joints()) {
+        *angle = hrp4().description.half_sitting_rad(&joint.name);
     }
     q
 }
@@ -57,7 +80,9 @@ pub fn stand(model: &Model, ankles: &[Transform; 2], com: Vec3) -> Configuration
     let frames = frames();
     let joints = leg_joints(model);
     let legs: Vec<LegGeometry> = (0..2)
-        .map(|i| LegGeometry::of_model(model, &joints[i], model.frame(&frames.ankles[i]).unwrap()).expect("HRP-4's leg"))
+        .map(|i| {
+            LegGeometry::of_model(model, &joints[i], model.frame(&frames.ankles[i]).unwrap()).expect("HRP-4's leg")
+        })
         .collect();
     let mut ws = Workspace::new(model);
     let mut q = posture(model);
@@ -97,8 +122,23 @@ pub fn resting_plan(model: &Model, q: &Configuration, ankles: &[Transform; 2], c
     Plan { base: q.base, zmp: com.xy(), com, com_velocity: Vec3::zeros(), feet }
 }
 
-pub fn command(q: &Configuration, plan: Option<Plan>) -> PlantCommand {
-    PlantCommand { joint_positions: q.joints.clone(), joint_torques: DVector::zeros(q.joints.len()), plan }
+/// Holds a configuration with the torques of statics: the weight shared by the feet as the plan says.
+pub fn command(model: &Model, q: &Configuration, plan: &Plan) -> PlantCommand {
+    let mut ws = Workspace::new(model);
+    forward_kinematics(model, &mut ws, q);
+    let external: Vec<(FrameIndex, Wrench)> = (0..2)
+        .map(|i| {
+            let foot = &plan.feet[i];
+            let ankle = model.frame(&frames().ankles[i]).unwrap();
+            let arm = Vec3::new(foot.zmp.x, foot.zmp.y, 0.0) - ws.placement(model, ankle).translation;
+            (ankle, Wrench { force: foot.force, moment: arm.cross(&foot.force) })
+        })
+        .collect();
+    let zero = DVector::zeros(model.nv());
+    let mut tau = zero.clone();
+    rnea_with_external(model, &mut ws, q, &zero, &zero, &external, &mut tau);
+    let joint_torques = tau.rows(model.base_dofs(), model.joint_count()).into_owned();
+    PlantCommand { joint_positions: q.joints.clone(), joint_torques, plan: Some(*plan) }
 }
 
 /// The plant's default soles: 8 x 7 patches condensed from a fine mesh, left and right. Built once: it takes a second.
