@@ -8,7 +8,8 @@ use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
 
 /// `out = M(q)^-1 (tau - h(q, v))`: the accelerations that generalised forces cause.
 ///
-/// Every movable joint must carry mass or have a rotor inertia; where it does not, its acceleration is not defined.
+/// Every movable joint must carry mass or have a rotor inertia ([`Model::massless_joint`] is `None`); where it does not,
+/// its acceleration is not defined.
 pub fn aba(
     model: &Model,
     ws: &mut Workspace,

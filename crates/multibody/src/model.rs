@@ -326,6 +326,29 @@ impl Model {
         self.total_mass_kg
     }
 
+    /// The first joint that moves nothing: all below it is massless, or lies on its axis, and it has no rotor. M is then
+    /// singular, so [`aba`](crate::aba) and a Cholesky factorisation have no answer. Remedy: lock it, or give it a rotor.
+    #[must_use]
+    pub fn massless_joint(&self) -> Option<JointIndex> {
+        let n = self.bodies.len();
+        let (mut below, mut is_leaf) = (vec![false; n], vec![true; n]);
+        for i in (1..n).rev() {
+            let body = &self.bodies[i];
+            below[i] |= body.inertia.mass_kg > 0.0 || body.inertia.about_com.amax() > 0.0;
+            below[body.parent] |= below[i];
+            is_leaf[body.parent] = false;
+        }
+        let moves_nothing = |i: usize| {
+            let Body { inertia, motion, rotor_inertia, .. } = &self.bodies[i];
+            let alone = match motion {
+                JointMotion::Revolute => inertia.about_origin()[(2, 2)],
+                JointMotion::Prismatic => inertia.mass_kg,
+            };
+            *rotor_inertia == 0.0 && (!below[i] || (is_leaf[i] && alone == 0.0))
+        };
+        (1..n).find(|&i| moves_nothing(i)).map(|i| JointIndex(i - 1))
+    }
+
     /// Base at the world's origin, all joints at zero.
     #[must_use]
     pub fn neutral(&self) -> Configuration {

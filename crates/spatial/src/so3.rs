@@ -176,7 +176,7 @@ mod tests {
             Vec3::new(1.0, -2.0, 0.5).normalize(),
             Vec3::new(-0.3, 0.1, 0.9).normalize(),
         ];
-        let angles = [0.0, 1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.3, 1.5, 3.0, 3.14, std::f64::consts::PI - 1e-9];
+        let angles = [0.0, 1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.3, 1.5, 3.0, 3.1, std::f64::consts::PI - 1e-9];
         directions.iter().flat_map(|d| angles.iter().map(move |a| d * *a)).collect()
     }
 

@@ -15,7 +15,6 @@ pub enum Outcome {
 }
 
 /// Reads one JSON document from stdin; errors name line, column and field.
-#[allow(dead_code)]
 pub fn read<T: DeserializeOwned>() -> anyhow::Result<T> {
     let mut text = String::new();
     std::io::stdin().read_to_string(&mut text).context("reading stdin")?;
@@ -23,13 +22,11 @@ pub fn read<T: DeserializeOwned>() -> anyhow::Result<T> {
 }
 
 /// Reads one JSON document from text.
-#[allow(dead_code)]
 pub fn parse<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     serde_json::from_str(text).context("the input is not what this subcommand expects (see --help and --example)")
 }
 
 /// Writes one JSON document to stdout. A reader that goes away early is not an error.
-#[allow(dead_code)]
 pub fn write<T: Serialize>(value: &T) -> anyhow::Result<()> {
     let mut text = serde_json::to_vec(value).context("writing the result")?;
     text.push(b'\n');
@@ -40,13 +37,11 @@ pub fn write<T: Serialize>(value: &T) -> anyhow::Result<()> {
 }
 
 /// Row-major nested lists of any matrix.
-#[allow(dead_code)]
 pub fn rows<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(matrix: &Matrix<f64, R, C, S>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
 /// List of any vector (or of a matrix, column after column).
-#[allow(dead_code)]
 pub fn list<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(vector: &Matrix<f64, R, C, S>) -> Vec<f64> {
     vector.iter().copied().collect()
 }
@@ -68,7 +63,6 @@ pub fn matrix(name: &str, rows: &[Vec<f64>]) -> anyhow::Result<DMatrix<f64>> {
 ///
 /// # Errors
 /// The list has another length; `name` says which.
-#[allow(dead_code)]
 pub fn vector(name: &str, list: &[f64], length: usize) -> anyhow::Result<DVector<f64>> {
     anyhow::ensure!(list.len() == length, "{name}: {length} numbers expected, {} found", list.len());
     Ok(DVector::from_column_slice(list))
