@@ -8,10 +8,11 @@
 //! `G = F_t - mu F_n d = 0, d = z/|z|, z = F_t - rho v`. Sliding unknowns are eliminated first, so each step solves 2s and then
 //! 6 equations; the 6 x 6 matrix left over is the tangent stiffness at frozen states.
 
-use crate::dense::{add_one, add_three, dot, lu_factor, lu_solve};
 use crate::estimate::{EulerOrder, Foothold};
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
+use friction::dense::{add_one, add_three, dot, lu_factor, lu_solve};
+use friction::natural_map;
 use nalgebra::Vector2;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
 use std::sync::Arc;
@@ -739,7 +740,7 @@ impl Equilibrium {
             positions[point] = position;
             forces[point] = force;
             let delta = position - self.reference(point, &families);
-            worst = worst.max(law_violation(self.model.friction()[point], self.rho[point], &force, &delta));
+            worst = worst.max(natural_map(self.model.friction()[point], self.rho[point], &force, &delta).norm());
         }
         worst
     }
@@ -909,26 +910,5 @@ impl SlidingLaw {
             Vector2::zeros()
         };
         z2 - self.mu * (second.z * self.direction + 2.0 * first.z * d1 + self.normal * d2)
-    }
-}
-
-/// `|F - P_cone(F - rho (delta + mu |delta_t| n))|` (N): zero exactly when Signorini's and Coulomb's laws hold.
-pub(crate) fn law_violation(mu: f64, rho: f64, force: &Vec3, delta: &Vec3) -> f64 {
-    let sliding = delta.xy().norm();
-    let shifted = force - rho * (delta + Vec3::new(0.0, 0.0, mu * sliding));
-    (force - project_on_cone(mu, &shifted)).norm()
-}
-
-/// Nearest point of the cone `|F_t| <= mu F_n`.
-pub(crate) fn project_on_cone(mu: f64, f: &Vec3) -> Vec3 {
-    let tangential = f.xy().norm();
-    if tangential <= mu * f.z {
-        *f
-    } else if mu * tangential <= -f.z {
-        Vec3::zeros()
-    } else {
-        let normal = (f.z + mu * tangential) / (1.0 + mu * mu);
-        let scale = mu * normal / tangential;
-        Vec3::new(scale * f.x, scale * f.y, normal)
     }
 }

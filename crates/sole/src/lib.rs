@@ -1,7 +1,6 @@
 //! The soft sole: finite elements, exact frictional contact, and the pose of the deformed sole from the load it carries.
 #![allow(non_snake_case)] // monogram notation
 
-mod dense;
 mod elasticity;
 mod equilibrium;
 mod error;

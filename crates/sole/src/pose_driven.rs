@@ -14,11 +14,12 @@
 //! step (a primal-dual active set method), warm-started. When it does not settle, block Gauss-Seidel of the `friction` crate finds
 //! the states from scratch.
 
-use crate::dense::{add_three, lu_factor, lu_solve};
-use crate::equilibrium::{SlidingLaw, law_violation};
+use crate::equilibrium::SlidingLaw;
 use crate::estimate::about_moving_origin;
 use crate::stiffness::ContactStiffness;
 use crate::{Ground, NodeState, SoleModel};
+use friction::dense::{add_three, lu_factor, lu_solve};
+use friction::{ContactProblem, LocalState, Settings, Workspace, natural_map};
 use nalgebra::Vector2;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench, so3};
 use std::sync::Arc;
@@ -117,6 +118,9 @@ pub struct PoseDrivenContact {
 const WIDTH: usize = 7;
 /// Rounding floors are this many units of the last place of the largest coordinate.
 const FLOOR_ULPS: f64 = 40.0;
+/// Iterations given to the active-set method from Gauss-Seidel's states, and Newton steps on the slips alone after that.
+const AFTER_SCRATCH_ITERATIONS: usize = 15;
+const POLISHING_STEPS: usize = 4;
 
 impl PoseDrivenContact {
     /// In the air, without history.
@@ -204,39 +208,50 @@ impl PoseDrivenContact {
         let beta = 1.0 + self.settings.viscosity_time_s / dt_s;
         let floor_m = self.place(X_WS, ground, beta);
         let floor_n = floor_m * beta * self.rho.iter().copied().fold(0.0, f64::max);
-        let mut solved = false;
         self.report.iterations = 0;
-        let mut base_is_current = false;
-        for iteration in 0..self.settings.iterations_max {
-            self.report.iterations = iteration + 1;
-            if !base_is_current {
-                self.find_base(X_WS, beta);
-            }
-            self.add_slips(X_WS, beta);
-            let error = self.slide(X_WS, beta);
-            if error.is_finite() {
-                self.add_slips(X_WS, beta);
-            }
-            self.displace(X_WS, beta);
-            let (set_changed, changed) = self.update_states(X_WS, beta, floor_n, floor_m);
-            base_is_current = !set_changed;
-            let largest = (0..self.stiffness.len()).map(|s| self.force(s).norm()).fold(floor_n, f64::max);
-            if !changed && !set_changed {
-                // The error was measured before the Newton step; once below the root of the tolerance the step squared it.
-                let settled = self.sliding.is_empty() || error <= (self.settings.tolerance * largest).max(floor_n);
-                if settled {
-                    solved = true;
-                    break;
-                }
-            }
-        }
+        let mut solved = self.iterate(X_WS, beta, floor_n, floor_m, self.settings.iterations_max);
         if !solved && self.settle_from_scratch(X_WS, beta) {
-            self.find_base(X_WS, beta);
-            self.add_slips(X_WS, beta);
-            self.displace(X_WS, beta);
+            solved = self.iterate(X_WS, beta, floor_n, floor_m, AFTER_SCRATCH_ITERATIONS);
+            if !solved && self.settle_from_scratch(X_WS, beta) {
+                // The states stand as found; only the slips are polished.
+                self.find_base(X_WS, beta);
+                for _ in 0..POLISHING_STEPS {
+                    self.add_slips(X_WS, beta);
+                    self.slide(X_WS, beta);
+                }
+                self.add_slips(X_WS, beta);
+                self.displace(X_WS, beta);
+            }
         }
         self.finish(X_WS, beta, solved);
         &self.report
+    }
+
+    /// The active-set iteration; true when states and slips have settled.
+    fn iterate(&mut self, pose: &Transform, beta: f64, floor_n: f64, floor_m: f64, limit: usize) -> bool {
+        let mut base_is_current = false;
+        for _ in 0..limit {
+            self.report.iterations += 1;
+            if !base_is_current {
+                self.find_base(pose, beta);
+            }
+            self.add_slips(pose, beta);
+            let error = self.slide(pose, beta);
+            if !self.sliding.is_empty() {
+                self.add_slips(pose, beta);
+            }
+            self.displace(pose, beta);
+            let (set_changed, changed) = self.update_states(pose, beta, floor_n, floor_m);
+            base_is_current = !set_changed;
+            if !changed && !set_changed {
+                // Measured before the last Newton step, so the slips are better than this.
+                let largest = (0..self.stiffness.len()).map(|s| self.force(s).norm()).fold(floor_n, f64::max);
+                if error <= (self.settings.tolerance * largest).max(floor_n) {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Accepts the last evaluation as the new history.
@@ -444,9 +459,42 @@ impl PoseDrivenContact {
         (set_changed, changed)
     }
 
-    /// States from scratch; see the module.
-    fn settle_from_scratch(&mut self, _pose: &Transform, _beta: f64) -> bool {
-        false
+    /// States and slips from scratch by the `friction` crate; false when it fails too. Allocates: only on this slow path.
+    fn settle_from_scratch(&mut self, pose: &Transform, beta: f64) -> bool {
+        let n = self.states.len();
+        let keep = (beta - 1.0) / beta;
+        let turns: Vec<Mat3> = (0..n).map(|point| self.turn(pose, point)).collect();
+        let c = self.model.compliance();
+        let mut delassus = nalgebra::DMatrix::zeros(3 * n, 3 * n);
+        let mut free = nalgebra::DVector::zeros(3 * n);
+        for b in 0..n {
+            for a in 0..n {
+                let block = turns[a] * c.fixed_view::<3, 3>(3 * a, 3 * b) * turns[b].transpose() / beta;
+                delassus.fixed_view_mut::<3, 3>(3 * a, 3 * b).copy_from(&block);
+            }
+            let shift = Vec3::from_fn(|axis, _| keep * self.previous_u[3 * b + axis]);
+            let undeformed = pose.point(&(self.model.contact_points()[b] + shift));
+            let place = &self.places[b];
+            free.fixed_rows_mut::<3>(3 * b).copy_from(&place.frame.tr_mul(&(undeformed - place.reference)));
+        }
+        let mu = self.places.iter().map(|place| place.mu).collect();
+        let Ok(problem) = ContactProblem::new(delassus, free, mu) else { return false };
+        let mut workspace = Workspace::new(n);
+        let settings = Settings { tolerance: self.settings.tolerance, ..Settings::default() };
+        let answer = friction::solve(&problem, &mut workspace, &settings);
+        for point in 0..n {
+            self.slips[point] = Vector2::zeros();
+            self.states[point] = match workspace.states()[point] {
+                LocalState::Open => NodeState::Free,
+                LocalState::Stick => NodeState::Stick,
+                LocalState::Slide => {
+                    self.slips[point] = answer.delta.fixed_rows::<2>(3 * point).into();
+                    NodeState::Slip
+                }
+            };
+        }
+        self.stiffness.synchronise(&self.model, &self.states);
+        true
     }
 
     /// Wrench, tangent, residual.
@@ -462,7 +510,6 @@ impl PoseDrivenContact {
             report.status = ContactStatus::NoContact;
             return;
         }
-        report.status = if solved { ContactStatus::Solved } else { ContactStatus::NotConverged };
         let (m, ld) = (3 * self.stiffness.len(), self.stiffness.ld());
         self.factor_sliding(pose, beta);
         self.prescribe(pose, beta, WIDTH);
@@ -496,9 +543,12 @@ impl PoseDrivenContact {
             let place = &self.places[point];
             let f = place.frame.tr_mul(&report.node_forces[point]);
             let delta = place.frame.tr_mul(&(report.node_positions[point] - place.reference));
-            worst = worst.max(law_violation(place.mu, beta * self.rho[point], &f, &delta));
+            worst = worst.max(natural_map(place.mu, beta * self.rho[point], &f, &delta).norm());
         }
         report.residual = if largest > 0.0 { worst / largest } else { 0.0 };
+        // The laws themselves have the last word.
+        let met = solved || report.residual <= self.settings.tolerance;
+        report.status = if met { ContactStatus::Solved } else { ContactStatus::NotConverged };
         report.wrench = Wrench { force, moment };
         let mut j = Mat6::zeros();
         for l in 0..6 {

@@ -11,8 +11,8 @@
 //! and the same formulas carry along `Y = K_c Z` for a few fixed columns `Z`, in which the displacements of all stuck points are
 //! linear whatever the pose.
 
-use crate::dense::{add_one, add_three, dot};
 use crate::{NodeState, SoleModel};
+use friction::dense::{add_one, add_three, dot};
 use spatial::{Mat3, Vec3};
 
 /// Most columns of `Y` that any user keeps.

@@ -3,3 +3,4 @@
 
 mod pose_driven;
 mod reference_cases;
+mod walking_stance;

@@ -3,7 +3,7 @@
 
 /// `dst += x a + y b + z c`, all of one length.
 #[inline]
-pub(crate) fn add_three(dst: &mut [f64], a: &[f64], b: &[f64], c: &[f64], x: f64, y: f64, z: f64) {
+pub fn add_three(dst: &mut [f64], a: &[f64], b: &[f64], c: &[f64], x: f64, y: f64, z: f64) {
     let n = dst.len();
     let (a, b, c) = (&a[..n], &b[..n], &c[..n]);
     for i in 0..n {
@@ -13,7 +13,7 @@ pub(crate) fn add_three(dst: &mut [f64], a: &[f64], b: &[f64], c: &[f64], x: f64
 
 /// `dst += x a`.
 #[inline]
-pub(crate) fn add_one(dst: &mut [f64], a: &[f64], x: f64) {
+pub fn add_one(dst: &mut [f64], a: &[f64], x: f64) {
     let n = dst.len();
     let a = &a[..n];
     for i in 0..n {
@@ -23,7 +23,7 @@ pub(crate) fn add_one(dst: &mut [f64], a: &[f64], x: f64) {
 
 /// Dot product in eight independent lanes, summed in a fixed order.
 #[inline]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let n = a.len().min(b.len());
     let (a, b) = (&a[..n], &b[..n]);
@@ -43,7 +43,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
 /// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
-pub(crate) fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f64 {
+pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f64 {
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
     for k in 0..n {
         let (left, right) = a.split_at_mut((k + 1) * ld);
@@ -79,7 +79,7 @@ pub(crate) fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]
 }
 
 /// Solves with the factors of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
-pub(crate) fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64], columns: usize) {
+pub fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64], columns: usize) {
     for x in rhs.chunks_mut(ld).take(columns) {
         // The swaps come one at a time, as in the factorisation: the lower factor's rows were not permuted afterwards.
         for k in 0..n {

@@ -1,0 +1,211 @@
+use crate::{SingleContact, natural_map};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use thiserror::Error;
+
+/// `delta = W F + q` with friction coefficients; see the crate. Constant once built except for [`ContactProblem::set_free`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactProblem {
+    delassus: DMatrix<f64>,
+    free: DVector<f64>,
+    mu: Vec<f64>,
+    pub(crate) contacts: Vec<SingleContact>,
+    pub(crate) rho: Vec<f64>,
+}
+
+/// Why numbers are not a contact problem.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProblemError {
+    /// `W` must be 3n x 3n and `q` 3n long for n friction coefficients.
+    #[error(
+        "{contacts} friction coefficients, but W is {rows} x {columns} and q has {free} entries: 3n x 3n and 3n expected"
+    )]
+    Size {
+        /// Number of friction coefficients.
+        contacts: usize,
+        /// Rows of `W`.
+        rows: usize,
+        /// Columns of `W`.
+        columns: usize,
+        /// Length of `q`.
+        free: usize,
+    },
+    /// NaN or infinite entry.
+    #[error("{what} has an entry that is not finite at {row}")]
+    NotFinite {
+        /// `W`, `q` or `mu`.
+        what: &'static str,
+        /// Row of the first one.
+        row: usize,
+    },
+    /// `W` differs from its transpose by more than rounding and common file formats explain.
+    #[error("W is not symmetric: entries ({row}, {column}) and its mirror differ by {difference:e}")]
+    NotSymmetric {
+        /// Row of the worst pair.
+        row: usize,
+        /// Column of the worst pair.
+        column: usize,
+        /// Their difference.
+        difference: f64,
+    },
+    /// A friction coefficient is negative.
+    #[error("friction coefficient {mu} of contact {contact} is negative")]
+    NegativeFriction {
+        /// The contact.
+        contact: usize,
+        /// Its coefficient.
+        mu: f64,
+    },
+    /// A diagonal block of `W` is not positive definite: that contact cannot be moved by its own force.
+    #[error("the 3 x 3 block of contact {contact} is not positive definite")]
+    ImmovableContact {
+        /// The contact.
+        contact: usize,
+    },
+}
+
+/// Violation of the contact laws.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Residual {
+    /// `|F - P_K(F - rho (delta + mu |delta_t| n))|` over all contacts (N).
+    pub absolute_n: f64,
+    /// The same over `|F|`; over `|rho q|` when `F = 0`.
+    pub relative: f64,
+    /// Contact with the largest share.
+    pub worst_contact: usize,
+}
+
+/// Public collections of problems hold matrices that are this unsymmetric (facts: some `W` are 1e-3 unsymmetric).
+const ASYMMETRY_MAX: f64 = 1e-2;
+
+impl ContactProblem {
+    /// Checks and prepares. An asymmetry of rounding size is averaged away.
+    ///
+    /// # Errors
+    /// [`ProblemError`].
+    pub fn new(delassus: DMatrix<f64>, free: DVector<f64>, mu: Vec<f64>) -> Result<Self, ProblemError> {
+        let n = mu.len();
+        let (rows, columns) = delassus.shape();
+        if (rows, columns, free.len()) != (3 * n, 3 * n, 3 * n) {
+            return Err(ProblemError::Size { contacts: n, rows, columns, free: free.len() });
+        }
+        if let Some(at) = delassus.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite { what: "W", row: at % rows });
+        }
+        if let Some(row) = free.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite { what: "q", row });
+        }
+        if let Some(row) = mu.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite { what: "mu", row });
+        }
+        if let Some(contact) = mu.iter().position(|x| *x < 0.0) {
+            return Err(ProblemError::NegativeFriction { contact, mu: mu[contact] });
+        }
+        let largest = delassus.amax();
+        let mut symmetric = delassus;
+        for column in 0..columns {
+            for row in 0..column {
+                let (a, b) = (symmetric[(row, column)], symmetric[(column, row)]);
+                if (a - b).abs() > ASYMMETRY_MAX * largest {
+                    return Err(ProblemError::NotSymmetric { row, column, difference: (a - b).abs() });
+                }
+                symmetric[(row, column)] = 0.5 * (a + b);
+                symmetric[(column, row)] = 0.5 * (a + b);
+            }
+        }
+        let mut contacts = Vec::with_capacity(n);
+        let mut rho = Vec::with_capacity(n);
+        for contact in 0..n {
+            let block: Matrix3<f64> = symmetric.fixed_view::<3, 3>(3 * contact, 3 * contact).into_owned();
+            let prepared = SingleContact::new(&block, mu[contact]).ok_or(ProblemError::ImmovableContact { contact })?;
+            contacts.push(prepared);
+            rho.push(3.0 / block.trace());
+        }
+        Ok(Self { delassus: symmetric, free, mu, contacts, rho })
+    }
+
+    /// Number of contacts.
+    #[must_use]
+    pub fn contact_count(&self) -> usize {
+        self.mu.len()
+    }
+
+    /// `W`.
+    #[must_use]
+    pub fn delassus(&self) -> &DMatrix<f64> {
+        &self.delassus
+    }
+
+    /// `q`.
+    #[must_use]
+    pub fn free(&self) -> &DVector<f64> {
+        &self.free
+    }
+
+    /// Friction coefficients.
+    #[must_use]
+    pub fn mu(&self) -> &[f64] {
+        &self.mu
+    }
+
+    /// Replaces `q`, for a sequence of problems of the same body.
+    ///
+    /// # Errors
+    /// [`ProblemError::Size`], [`ProblemError::NotFinite`].
+    pub fn set_free(&mut self, free: &[f64]) -> Result<(), ProblemError> {
+        if free.len() != self.free.len() {
+            let (rows, columns) = self.delassus.shape();
+            return Err(ProblemError::Size { contacts: self.mu.len(), rows, columns, free: free.len() });
+        }
+        if let Some(row) = free.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite { what: "q", row });
+        }
+        self.free.as_mut_slice().copy_from_slice(free);
+        Ok(())
+    }
+
+    /// `W F + q`.
+    #[must_use]
+    pub fn displacement(&self, force: &DVector<f64>) -> DVector<f64> {
+        let mut delta = self.free.clone();
+        self.displacement_into(force.as_slice(), delta.as_mut_slice());
+        delta
+    }
+
+    pub(crate) fn displacement_into(&self, force: &[f64], delta: &mut [f64]) {
+        let rows = self.free.len();
+        delta.copy_from_slice(self.free.as_slice());
+        let w = self.delassus.as_slice();
+        for contact in 0..self.mu.len() {
+            let [x, y, z] = [force[3 * contact], force[3 * contact + 1], force[3 * contact + 2]];
+            if x != 0.0 || y != 0.0 || z != 0.0 {
+                let c = &w[3 * contact * rows..];
+                crate::dense::add_three(delta, &c[..rows], &c[rows..2 * rows], &c[2 * rows..3 * rows], x, y, z);
+            }
+        }
+    }
+
+    /// Judges a force.
+    #[must_use]
+    pub fn residual(&self, force: &DVector<f64>) -> Residual {
+        let delta = self.displacement(force);
+        self.residual_at(force.as_slice(), delta.as_slice())
+    }
+
+    pub(crate) fn residual_at(&self, force: &[f64], delta: &[f64]) -> Residual {
+        let at = |v: &[f64], i: usize| Vector3::new(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
+        let (mut sum, mut load, mut free, mut worst, mut worst_contact) = (0.0, 0.0, 0.0, 0.0, 0);
+        for contact in 0..self.mu.len() {
+            let f = at(force, contact);
+            let r = natural_map(self.mu[contact], self.rho[contact], &f, &at(delta, contact)).norm_squared();
+            sum += r;
+            load += f.norm_squared();
+            free += (self.rho[contact] * at(self.free.as_slice(), contact)).norm_squared();
+            if r > worst {
+                (worst, worst_contact) = (r, contact);
+            }
+        }
+        let scale = if load > 0.0 { load } else { free };
+        let relative = if scale > 0.0 { (sum / scale).sqrt() } else { 0.0 };
+        Residual { absolute_n: sum.sqrt(), relative, worst_contact }
+    }
+}
