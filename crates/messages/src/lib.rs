@@ -35,7 +35,7 @@ mod walk;
 pub use header::{Fault, Header, Message};
 pub use health::Health;
 pub use pattern::{PatternRefused, read_pattern, write_pattern};
-pub use plain::Plain;
+pub use plain::{Field, Plain, Shape};
 pub use robot::{Plan, PlanFoot, RobotCommand, RobotState};
 pub use sole::{ContactNodes, FootDeformation, SoleContact, SoleDeformation};
 pub use topic::Topic;

@@ -1,9 +1,55 @@
 //! Plain values: what a message may be made of.
 
+/// What a plain value is made of, for code that treats all messages alike: recording, comparing, printing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// An unsigned number of 4 bytes.
+    U32,
+    /// An unsigned number of 8 bytes.
+    U64,
+    /// A signed number of 8 bytes.
+    I64,
+    /// A floating-point number of 8 bytes.
+    F64,
+    /// So many of the same.
+    Array(&'static Shape, usize),
+    /// Fields one after the other.
+    Struct {
+        /// Name and version on the wire.
+        wire_name: &'static str,
+        /// The fields in the order in which they lie.
+        fields: &'static [Field],
+    },
+}
+
+/// A field of a struct.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is made of.
+    pub shape: &'static Shape,
+}
+
+impl Shape {
+    /// Size in bytes.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::U32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+            Self::Array(element, count) => element.size() * count,
+            Self::Struct { fields, .. } => fields.iter().map(|field| field.shape.size()).sum(),
+        }
+    }
+}
+
 /// A value of fixed layout whose every bit pattern is valid.
 pub trait Plain: Copy {
     /// All bits zero.
     const ZERO: Self;
+
+    /// What it is made of.
+    const SHAPE: &'static Shape;
 
     /// Appends the value as little-endian bytes in the order of its fields: on a little-endian machine exactly its memory.
     fn write_bytes(&self, out: &mut Vec<u8>);
@@ -20,9 +66,10 @@ pub trait Plain: Copy {
 }
 
 macro_rules! plain_number {
-    ($($type:ty, $finite:expr;)*) => {$(
+    ($($type:ty, $shape:expr, $finite:expr;)*) => {$(
         impl Plain for $type {
             const ZERO: Self = 0 as $type;
+            const SHAPE: &'static Shape = &$shape;
             fn write_bytes(&self, out: &mut Vec<u8>) {
                 out.extend_from_slice(&self.to_le_bytes());
             }
@@ -41,10 +88,16 @@ macro_rules! plain_number {
         }
     )*};
 }
-plain_number! { u32, |_| true; u64, |_| true; i64, |_| true; f64, |x| x.is_finite(); }
+plain_number! {
+    u32, Shape::U32, |_| true;
+    u64, Shape::U64, |_| true;
+    i64, Shape::I64, |_| true;
+    f64, Shape::F64, |x| x.is_finite();
+}
 
 impl<T: Plain, const N: usize> Plain for [T; N] {
     const ZERO: Self = [T::ZERO; N];
+    const SHAPE: &'static Shape = &Shape::Array(T::SHAPE, N);
     fn write_bytes(&self, out: &mut Vec<u8>) {
         self.iter().for_each(|value| value.write_bytes(out));
     }
@@ -84,6 +137,10 @@ macro_rules! plain_struct {
 
         impl $crate::Plain for $name {
             const ZERO: Self = Self { $($field: <$type as $crate::Plain>::ZERO,)* };
+            const SHAPE: &'static $crate::Shape = &$crate::Shape::Struct {
+                wire_name: $wire_name,
+                fields: &[$($crate::Field { name: stringify!($field), shape: <$type as $crate::Plain>::SHAPE },)*],
+            };
             fn write_bytes(&self, out: &mut Vec<u8>) {
                 $($crate::Plain::write_bytes(&self.$field, out);)*
             }

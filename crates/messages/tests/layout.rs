@@ -52,6 +52,15 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
 }
 
 #[test]
+fn shapes_are_as_large_as_what_they_describe() {
+    assert_eq!(SoleContact::SHAPE.size(), size_of::<SoleContact>());
+    assert_eq!(PatternPhase::SHAPE.size(), size_of::<PatternPhase>());
+    assert!(
+        matches!(Truth::SHAPE, Shape::Struct { wire_name: Truth::WIRE_NAME, fields } if fields[0].name == "header")
+    );
+}
+
+#[test]
 fn bytes_of_a_message_are_those_stored() {
     let header = Header { sequence: 1, tick: -2, robot_fingerprint: 0x0102_0304_0506_0708, clock_monotonic_ns: 3 };
     let mut state = RobotState { header, joint_count: 20, ..RobotState::default() };

@@ -1,0 +1,255 @@
+//! What viewers show: transforms, joints, and a scene of soles, forces, centre of mass and zero-moment point.
+
+use crate::log_time_ns;
+use crate::wire::{VARINT, put_double, put_key, put_nested, put_text, put_varint};
+use messages::{ContactNodes, SoleContact, Truth};
+
+/// Newtons that are drawn as long as a metre.
+const FORCE_SCALE_N_PER_M: f64 = 1000.0;
+/// Forces smaller than this are not drawn: the arrow would be shorter than a tenth of a millimetre.
+const FORCE_MIN_N: f64 = 0.1;
+
+const WHITE: [f64; 4] = [0.85, 0.85, 0.85, 0.8];
+const BLUE: [f64; 4] = [0.2, 0.4, 0.9, 0.8];
+const GREEN: [f64; 4] = [0.2, 0.7, 0.3, 1.0];
+const RED: [f64; 4] = [0.85, 0.2, 0.2, 1.0];
+const ORANGE: [f64; 4] = [0.95, 0.6, 0.1, 1.0];
+
+/// What the drawings need to know of the robot.
+#[derive(Debug, Clone, Default)]
+pub struct ViewerSettings {
+    /// Names of the joints in the order of the messages.
+    pub joint_names: Vec<String>,
+    /// Name of the floating base's link.
+    pub base_link: String,
+    /// Length, width and thickness of the soles; the sole frame is at the centre of the bottom.
+    pub sole_size_m: [f64; 3],
+    /// How often the scene is drawn; at least 1.
+    pub scene_every_ticks: i64,
+}
+
+/// Draws.
+#[derive(Debug, Clone)]
+pub struct Viewer {
+    settings: ViewerSettings,
+}
+
+type Mat3 = [f64; 9];
+
+impl Viewer {
+    /// With settings.
+    pub fn new(settings: ViewerSettings) -> Self {
+        Self { settings }
+    }
+
+    pub(crate) fn scene_every_ticks(&self) -> i64 {
+        self.settings.scene_every_ticks.max(1)
+    }
+
+    /// `foxglove.FrameTransforms`: base and soles in the world.
+    pub(crate) fn transforms(&self, truth: &Truth, out: &mut Vec<u8>) {
+        let time_ns = log_time_ns(truth.header.tick);
+        let mut transform = |child: &str, position: [f64; 3], rotation: &Mat3| {
+            put_nested(out, 1, |out| {
+                put_time(out, 1, time_ns);
+                put_text(out, 2, "world");
+                put_text(out, 3, child);
+                put_vector(out, 4, position);
+                put_rotation(out, 5, rotation);
+            });
+        };
+        transform(&self.settings.base_link, truth.base_position_m, &truth.base_rotation);
+        for (foot, child) in ["left_sole", "right_sole"].into_iter().enumerate() {
+            transform(child, truth.sole_position_m[foot], &truth.sole_rotation[foot]);
+        }
+    }
+
+    /// `foxglove.JointStates`.
+    pub(crate) fn joints(&self, truth: &Truth, out: &mut Vec<u8>) {
+        put_time(out, 1, log_time_ns(truth.header.tick));
+        let count = (truth.joint_count as usize).min(truth.joint_position_rad.len());
+        for joint in 0..count {
+            put_nested(out, 2, |out| {
+                match self.settings.joint_names.get(joint) {
+                    Some(name) => put_text(out, 1, name),
+                    None => put_text(out, 1, &format!("joint {joint}")),
+                }
+                put_double(out, 2, truth.joint_position_rad[joint]);
+                put_double(out, 3, truth.joint_velocity_rad_per_s[joint]);
+                put_double(out, 5, truth.joint_torque_nm[joint]);
+            });
+        }
+    }
+
+    /// `foxglove.SceneUpdate` of the truth.
+    pub(crate) fn scene(&self, truth: &Truth, out: &mut Vec<u8>) {
+        let time_ns = log_time_ns(truth.header.tick);
+        put_entity(out, time_ns, "robot", |out| {
+            for foot in 0..2 {
+                let (position, rotation) = (truth.sole_position_m[foot], &truth.sole_rotation[foot]);
+                let [_, _, thickness] = self.settings.sole_size_m;
+                let middle = std::array::from_fn(|row| position[row] + rotation[3 * row + 2] * 0.5 * thickness);
+                put_solid(out, CUBES, middle, rotation, self.settings.sole_size_m, [BLUE, GREEN][foot]);
+                let [x, y, z, ..] = truth.foot_wrench[foot];
+                put_arrow(out, position, [x, y, z]);
+            }
+            put_solid(out, SPHERES, truth.com_position_m, &IDENTITY, [0.04; 3], ORANGE);
+            let [x, y] = truth.zmp_m;
+            put_solid(out, SPHERES, [x, y, 0.0], &IDENTITY, [0.02, 0.02, 0.005], RED);
+        });
+    }
+
+    /// `foxglove.SceneUpdate` of the estimator's contact forces, node by node.
+    pub(crate) fn contact(&self, contact: &SoleContact, out: &mut Vec<u8>) {
+        put_entity(out, log_time_ns(contact.header.tick), "contact", |out| {
+            put_nested(out, LINES, |out| {
+                put_key(out, 1, VARINT);
+                put_varint(out, LINE_LIST);
+                put_double(out, 3, 1.0);
+                put_key(out, 4, VARINT);
+                put_varint(out, 1);
+                for feet in &contact.feet {
+                    put_node_forces(out, feet);
+                }
+                put_color(out, 6, WHITE);
+            });
+        });
+    }
+}
+
+/// Field numbers of `foxglove.SceneEntity`.
+const ARROWS: u32 = 7;
+const CUBES: u32 = 8;
+const SPHERES: u32 = 9;
+const LINES: u32 = 11;
+/// `foxglove.LinePrimitive.Type.LINE_LIST`.
+const LINE_LIST: u64 = 2;
+
+const IDENTITY: Mat3 = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
+/// An entity of the scene, in the world, that replaces the one drawn before.
+fn put_entity(out: &mut Vec<u8>, time_ns: u64, id: &str, content: impl FnOnce(&mut Vec<u8>)) {
+    put_nested(out, 2, |out| {
+        put_time(out, 1, time_ns);
+        put_text(out, 2, "world");
+        put_text(out, 3, id);
+        content(out);
+    });
+}
+
+fn put_solid(out: &mut Vec<u8>, number: u32, middle: [f64; 3], rotation: &Mat3, size: [f64; 3], color: [f64; 4]) {
+    put_nested(out, number, |out| {
+        put_pose(out, 1, middle, rotation);
+        put_vector(out, 2, size);
+        put_color(out, 3, color);
+    });
+}
+
+/// A force as an arrow; arrows point along their x axis.
+fn put_arrow(out: &mut Vec<u8>, from: [f64; 3], force: [f64; 3]) {
+    let magnitude = force.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if !magnitude.is_finite() || magnitude < FORCE_MIN_N {
+        return;
+    }
+    let x = force.map(|component| component / magnitude);
+    // Any axis that is not along the force completes it.
+    let helper = if x[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+    let y = normalized(cross(helper, x));
+    let z = cross(x, y);
+    let rotation = [x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]];
+    let length = magnitude / FORCE_SCALE_N_PER_M;
+    put_nested(out, ARROWS, |out| {
+        put_pose(out, 1, from, &rotation);
+        put_double(out, 2, 0.8 * length);
+        put_double(out, 3, 0.01);
+        put_double(out, 4, 0.2 * length);
+        put_double(out, 5, 0.02);
+        put_color(out, 6, RED);
+    });
+}
+
+fn put_node_forces(out: &mut Vec<u8>, nodes: &ContactNodes) {
+    let count = (nodes.count as usize).min(nodes.position_m.len());
+    for (position, force) in nodes.position_m.iter().zip(&nodes.force_n).take(count) {
+        if force.iter().any(|component| component.abs() >= FORCE_MIN_N) {
+            // Single nodes carry little: they are drawn ten times as long.
+            let end = std::array::from_fn(|axis| position[axis] + 10.0 * force[axis] / FORCE_SCALE_N_PER_M);
+            put_vector(out, 5, *position);
+            put_vector(out, 5, end);
+        }
+    }
+}
+
+fn put_time(out: &mut Vec<u8>, number: u32, time_ns: u64) {
+    put_nested(out, number, |out| {
+        put_key(out, 1, VARINT);
+        put_varint(out, time_ns / 1_000_000_000);
+        put_key(out, 2, VARINT);
+        put_varint(out, time_ns % 1_000_000_000);
+    });
+}
+
+fn put_pose(out: &mut Vec<u8>, number: u32, position: [f64; 3], rotation: &Mat3) {
+    put_nested(out, number, |out| {
+        put_vector(out, 1, position);
+        put_rotation(out, 2, rotation);
+    });
+}
+
+fn put_vector(out: &mut Vec<u8>, number: u32, vector: [f64; 3]) {
+    put_nested(out, number, |out| (1..).zip(vector).for_each(|(number, x)| put_double(out, number, x)));
+}
+
+fn put_color(out: &mut Vec<u8>, number: u32, color: [f64; 4]) {
+    put_nested(out, number, |out| (1..).zip(color).for_each(|(number, x)| put_double(out, number, x)));
+}
+
+fn put_rotation(out: &mut Vec<u8>, number: u32, rotation: &Mat3) {
+    let quaternion = quaternion(rotation);
+    put_nested(out, number, |out| (1..).zip(quaternion).for_each(|(number, x)| put_double(out, number, x)));
+}
+
+/// Quaternion x, y, z, w of a rotation matrix (row-major), from its largest component, so that nothing is divided by little.
+fn quaternion(r: &Mat3) -> [f64; 4] {
+    let trace = r[0] + r[4] + r[8];
+    let candidates = [r[0], r[4], r[8], trace];
+    let largest = (0..4).max_by(|a, b| candidates[*a].total_cmp(&candidates[*b])).expect("four candidates");
+    let [x, y, z, w] = match largest {
+        0 => [1.0 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6], r[7] - r[5]],
+        1 => [r[1] + r[3], 1.0 - r[0] + r[4] - r[8], r[5] + r[7], r[2] - r[6]],
+        2 => [r[2] + r[6], r[5] + r[7], 1.0 - r[0] - r[4] + r[8], r[3] - r[1]],
+        _ => [r[7] - r[5], r[2] - r[6], r[3] - r[1], 1.0 + trace],
+    };
+    let norm = (x * x + y * y + z * z + w * w).sqrt();
+    [x / norm, y / norm, z / norm, w / norm]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn normalized(a: [f64; 3]) -> [f64; 3] {
+    let norm = a.iter().map(|x| x * x).sum::<f64>().sqrt();
+    a.map(|x| x / norm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quaternions_are_right_whatever_component_is_largest() {
+        let turns = [
+            ([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 0.0]),
+            ([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0]),
+            ([-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]),
+            (IDENTITY, [0.0, 0.0, 0.0, 1.0]),
+            // A quarter turn about z.
+            ([0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()]),
+        ];
+        for (rotation, expected) in turns {
+            let found = quaternion(&rotation);
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} {expected:?}");
+        }
+    }
+}
