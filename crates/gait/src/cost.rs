@@ -91,11 +91,11 @@ impl Forms {
     }
 }
 
-/// Panels per phase. Exponentials of `w T` up to 3 per panel, and the poles of `1/κ` (0.4 phases away from a double support),
-/// leave a relative error below 1e-10 with 12 nodes (`tests/cost.rs`).
+/// Panels per phase. Exponentials of `w T` up to 3 per panel, and the poles of `1/κ` (0.4 phases away from a double support,
+/// and cubed in the acceleration of ZMP2), leave a relative error below 1e-9 with 12 nodes (`tests/gait/cost.rs`).
 fn panels(basis: &Basis) -> usize {
     let by_decay = (basis.omega * basis.duration_s / 3.0).ceil() as usize;
-    by_decay.max(if basis.transfer == Transfer::Single { 1 } else { 2 })
+    by_decay.max(if basis.transfer == Transfer::Single { 1 } else { 4 })
 }
 
 fn unit(slot: usize) -> Row {

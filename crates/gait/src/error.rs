@@ -35,6 +35,16 @@ pub enum GaitError {
         /// Half of the smaller side of the sole.
         half_size_m: f64,
     },
+    /// The margin excludes the point under the ankle, where the feet's ZMPs are at start and stop: reduce it, or move the sole.
+    #[error(
+        "limits.zmp_margin_m = {margin_m} m excludes the ankle, which stands only {room_m} m from the edge of the sole"
+    )]
+    AnkleOutsidePolygon {
+        /// The margin.
+        margin_m: f64,
+        /// Distance of the ankle from the nearest edge.
+        room_m: f64,
+    },
     /// Two landings of the same foot follow each other: alternate them.
     #[error("step {step} moves the {foot:?} foot, which has just landed: feet must alternate")]
     SameFootTwice {

@@ -2,6 +2,7 @@
 #![allow(non_snake_case)] // T, M, V, W as in the paper
 
 mod basis;
+pub mod check;
 mod constraint;
 mod cost;
 mod error;
@@ -12,6 +13,7 @@ pub mod quadrature;
 mod route;
 mod settings;
 
+pub use check::{CheckReport, LegClearance, LegReach, Quantity, RodLegs, TightestReach, Worst, ankle_pose, check};
 pub use constraint::{RowLabel, ZmpOf};
 pub use cost::CostTerms;
 pub use error::GaitError;

@@ -326,6 +326,11 @@ impl GaitSettings {
         if limits.zmp_margin_m >= half {
             return Err(GaitError::EmptyPolygon { margin_m: limits.zmp_margin_m, half_size_m: half });
         }
+        // Start and stop hold each foot's ZMP under its ankle.
+        let room = (sole.length_m / 2.0 - ankle_x.abs()).min(sole.width_m / 2.0 - ankle_y.abs());
+        if limits.zmp_margin_m > room {
+            return Err(GaitError::AnkleOutsidePolygon { margin_m: limits.zmp_margin_m, room_m: room });
+        }
         finite("limits.feet_gap_min_m", limits.feet_gap_min_m)?;
         positive("limits.step_length_max_m", limits.step_length_max_m)?;
         positive("limits.step_width_max_m", limits.step_width_max_m)?;

@@ -20,7 +20,8 @@
 //! Foot 1 leaves the ground at the end of a double support, foot 2 has come into contact at its beginning.
 //!
 //! **Bounded exponentials.** The paper's `V cosh + W sinh` loses every digit on long phases (`w T = 36` in 10 s); the basis
-//! above stays between 0 and 1.
+//! above stays between 0 and 1. On phases shorter than `1/w` both forms cancel instead, and the solution is written from its start
+//! ([`ComSolution`]).
 //!
 //! **No division of zero by zero.** Where foot 2 lands, `k` and `x_1 - x_Z` both start with value, first and second
 //! derivative zero: as quintics they share the factor `t^3` *exactly*. A phase stores both divided by it ([`Load`]), so that

@@ -51,24 +51,42 @@ impl Phase {
     }
 }
 
-/// Coefficients of `x(t) = V exp(-w t) + W exp(-w (T - t)) + sum A_i t^i`.
+/// The COM of one phase and axis: a solution of (8), `x'' = w^2 (x - x_Z)`, for a quintic ZMP.
+///
+/// On phases with `w T >= 1`, as in (9): `x(t) = V exp(-w t) + W exp(-w (T - t)) + sum A_i t^i`.
+///
+/// On shorter ones that form cancels: `A_0` contains `24 a_4/w^4`, kilometres where the ZMP crosses between the feet in 0.05 s,
+/// and `V, W` take them back. There the same solution is written from its start, `x(t) = sum Q_i t^i + V R_6(w t) + W R_7(w t)`,
+/// with the Taylor coefficients `Q_i` of the motion itself and the remainders `R_n(s) = s^n/n! + s^(n+2)/(n+2)! + ..` of cosh
+/// and sinh: every term is as small as what it describes.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ComSolution {
-    /// `A_i` (m s^-i).
+    /// `A_i`; on short phases `Q_i` (m s^-i).
     pub polynomial: Quintic,
-    /// `V` (m), of the part that decays.
+    /// `V` (m): factor of the exponential that decays from the start; on short phases of the even remainder.
     pub decaying: f64,
-    /// `W` (m), of the part that grows, seen from the phase's end.
+    /// `W` (m): factor of the exponential that grows towards the end; on short phases of the odd remainder.
     pub growing: f64,
 }
 
+/// Whether a phase is written from its start. The same product of the same numbers decides when a solution is made and when it
+/// is evaluated.
+fn is_short(duration_s: f64, omega: f64) -> bool {
+    omega * duration_s < 1.0
+}
+
 impl ComSolution {
-    /// The solution of (8) for a ZMP polynomial that starts at `start` and ends at `end` (m). `A_i = a_i + (i+1)(i+2)
-    /// A_{i+2}/w^2`, which unrolls to (9); then `V` and `W` from two equations whose matrix `[1 e; e 1]`, `e = exp(-w T)`, is
-    /// well conditioned unless `w T` is tiny.
+    /// The solution for a ZMP polynomial that starts at `start` and ends at `end` (m).
     #[must_use]
     pub fn through(zmp: &Quintic, duration_s: f64, omega: f64, start: f64, end: f64) -> Self {
+        if is_short(duration_s, omega) {
+            let at_rest = Self::from_start(zmp, omega, start, 0.0);
+            let [missed, ..] = at_rest.derivatives(duration_s, duration_s, omega);
+            let velocity = (end - missed) * omega / (omega * duration_s).sinh();
+            return Self::from_start(zmp, omega, start, velocity);
+        }
+        // (9), unrolled from above: A_i = a_i + (i+1)(i+2) A_{i+2}/w^2. Then V and W from [1 e; e 1], e = exp(-w T).
         let mut A = zmp.0;
         for i in (0..4).rev() {
             A[i] += ((i + 1) * (i + 2)) as f64 * A[i + 2] / (omega * omega);
@@ -84,20 +102,60 @@ impl ComSolution {
         }
     }
 
+    /// The short form from position and velocity at the start: (8) gives the second derivative from the value, and so on up.
+    fn from_start(zmp: &Quintic, omega: f64, position: f64, velocity: f64) -> Self {
+        let w2 = omega * omega;
+        let mut Q = [position, velocity, 0.0, 0.0, 0.0, 0.0];
+        for i in 0..4 {
+            Q[i + 2] = w2 * (Q[i] - zmp.0[i]) / ((i + 1) * (i + 2)) as f64;
+        }
+        Self {
+            polynomial: Quintic(Q),
+            decaying: 24.0 * (Q[4] - zmp.0[4]) / (w2 * w2),
+            growing: 120.0 * (Q[5] - zmp.0[5]) / (w2 * w2 * omega),
+        }
+    }
+
     /// Position and its first four derivatives at local time `t` of a phase of duration `duration_s`.
     #[must_use]
     pub fn derivatives(&self, t: f64, duration_s: f64, omega: f64) -> [f64; 5] {
         let mut out = self.polynomial.derivatives::<5>(t);
-        let decaying = self.decaying * (-omega * t).exp();
-        let growing = self.growing * (-omega * (duration_s - t)).exp();
-        let (mut power, mut sign) = (1.0, 1.0);
-        for value in &mut out {
-            *value += power * (growing + sign * decaying);
+        // The two homogeneous parts and their derivatives, over powers of omega.
+        let parts: [[f64; 2]; 5] = if is_short(duration_s, omega) {
+            let R = remainders(omega * t);
+            std::array::from_fn(|order| [R[6 - order], R[7 - order]])
+        } else {
+            let (decaying, growing) = ((-omega * t).exp(), (-omega * (duration_s - t)).exp());
+            std::array::from_fn(|order| [if order % 2 == 0 { decaying } else { -decaying }, growing])
+        };
+        let mut power = 1.0;
+        for (value, [even, odd]) in out.iter_mut().zip(parts) {
+            *value += power * (self.decaying * even + self.growing * odd);
             power *= omega;
-            sign = -sign;
         }
         out
     }
+}
+
+/// `R_n(s)`, n = 2..7, for `0 <= s < 1`: positive terms only, R_0 and R_1 are not needed.
+fn remainders(s: f64) -> [f64; 8] {
+    let mut R = [0.0; 8];
+    let powers: [f64; 8] = std::array::from_fn(|n| s.powi(n as i32));
+    let series = |n: usize, factorial: f64| {
+        // Six terms: the seventh is below 1e-17 of the first.
+        let (mut term, mut sum) = (powers[n] / factorial, 0.0);
+        for k in 0..6 {
+            sum += term;
+            let next = (n + 2 * k) as f64;
+            term *= powers[2] / ((next + 1.0) * (next + 2.0));
+        }
+        sum
+    };
+    (R[6], R[7]) = (series(6, 720.0), series(7, 5040.0));
+    for (n, factorial) in [(5, 120.0), (4, 24.0), (3, 6.0), (2, 2.0)] {
+        R[n] = powers[n] / factorial + R[n + 2];
+    }
+    R
 }
 
 /// Load share `k = t^p κ(t)` of foot 2, and `(x_1 - x_Z)/t^p`, with the same `p`: 3 where foot 2 lands at the start of the

@@ -26,7 +26,7 @@
 //!
 //! **Infeasible problems** are an outcome, not an error: the multipliers of the report are then a Farkas certificate,
 //! `A' y_eq + C' y_in + y_bound = 0` with a negative support value; the rows that carry it are those that conflict with each
-//! other ([`Report::conflict`]).
+//! other ([`Report::conflict`]), and the least largest violation says by how much ([`QuadraticProgram::least_violation`]).
 //!
 //! Two forms: [`sparse`] for large banded problems solved once (the walking pattern), [`dense`] for small ones solved at
 //! every tick (the whole-body controller).
@@ -34,6 +34,7 @@
 
 pub mod backend;
 pub mod dense;
+mod relaxation;
 mod report;
 pub mod sparse;
 

@@ -300,7 +300,7 @@ impl QuadraticProgram {
         for (lower_array, upper_array, lower, upper) in [("l", "u", &self.l, &self.u), ("lb", "ub", &self.lb, &self.ub)]
         {
             for (index, (&lower, &upper)) in lower.iter().zip(upper).enumerate() {
-                if lower > upper {
+                if lower > upper || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
                     return Err(ProblemError::Crossed { lower_array, upper_array, index, lower, upper });
                 }
             }

@@ -3,6 +3,7 @@
 //! Each finite side becomes one row of the nonnegative cone, `C x + s = u` and `-C x + s = -l`; rows whose sides coincide
 //! join the equalities (zero cone), because a pair of opposite inequalities without interior breaks interior points.
 
+use crate::relaxation::{Relaxation, relax};
 use crate::sparse::ProblemError;
 use crate::{QuadraticProgram, Report, Row, SparseMatrix, Status};
 use clarabel::algebra::CscMatrix;
@@ -33,7 +34,7 @@ struct Origin {
     sign: f64,
 }
 
-/// Solves the problem from scratch.
+/// Solves the problem from scratch. If it is infeasible, a second solve finds the rows that contradict each other.
 ///
 /// # Errors
 /// If the problem's arrays do not fit together ([`QuadraticProgram::check`]).
@@ -42,6 +43,28 @@ struct Origin {
 /// If Clarabel refuses data that passed the check: a defect of this conversion.
 pub fn solve(problem: &QuadraticProgram, settings: &Settings) -> Result<Report, ProblemError> {
     problem.check()?;
+    let mut report = solve_once(problem, settings);
+    if report.status == Status::Infeasible {
+        let Relaxation { problem: relaxed, origins } = relax(problem);
+        let relaxed = solve_once(&relaxed, settings);
+        // Not solved: the equalities alone contradict each other; the first certificate stays.
+        if relaxed.status.has_solution() {
+            report.y_eq = relaxed.y_eq;
+            report.y_in.fill(0.0);
+            report.y_bound.fill(0.0);
+            for (origin, y) in origins.iter().zip(&relaxed.y_in) {
+                match origin {
+                    Row::Inequality(i) => report.y_in[*i] += y,
+                    Row::Bound(i) => report.y_bound[*i] += y,
+                    Row::Equality(_) => unreachable!("equalities are not relaxed"),
+                }
+            }
+        }
+    }
+    Ok(report)
+}
+
+fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Report {
     let n = problem.variables();
     let (constraints, rhs, origins, equalities) = stack(problem);
     let cones = [ZeroConeT(equalities), NonnegativeConeT(origins.len() - equalities)];
@@ -73,62 +96,54 @@ pub fn solve(problem: &QuadraticProgram, settings: &Settings) -> Result<Report, 
     }
     report.objective = problem.objective(&report.x);
     report.residuals = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
-    Ok(report)
+    report
 }
 
 /// `[A; C and bounds with coinciding sides; finite sides]`, its right-hand side, the origin of each row, and how many rows
 /// are equalities.
 fn stack(problem: &QuadraticProgram) -> (CscMatrix<f64>, Vec<f64>, Vec<Origin>, usize) {
-    let n = problem.variables();
+    let (n, m) = (problem.variables(), problem.l.len());
+    // Rows of C, then bounds; each goes to at most two rows of the stack: [upper or equal, lower].
+    let two_sided: Vec<(Row, f64, f64)> = (0..m)
+        .map(|i| (Row::Inequality(i), problem.l[i], problem.u[i]))
+        .chain((0..n).map(|i| (Row::Bound(i), problem.lb[i], problem.ub[i])))
+        .collect();
+    let mut places: Vec<[Option<usize>; 2]> = vec![[None; 2]; m + n];
     let (mut origins, mut rhs) = (Vec::new(), Vec::new());
     let mut push = |row, sign: f64, side: f64| {
         origins.push(Origin { row, sign });
         rhs.push(sign * side);
-        origins.len() - 1
+        Some(origins.len() - 1)
     };
-    const NONE: usize = usize::MAX;
-    // Rows of the stacked matrix into which row i of C, and bound i, go: [upper or equal, lower].
-    let mut rows_of_C = vec![[NONE; 2]; problem.l.len()];
-    let mut rows_of_bound = vec![[NONE; 2]; n];
     for (i, b) in problem.b.iter().enumerate() {
         push(Row::Equality(i), 1.0, *b);
     }
-    let parts: [(&mut Vec<[usize; 2]>, _, _, fn(usize) -> Row); 2] = [
-        (&mut rows_of_C, &problem.l, &problem.u, Row::Inequality),
-        (&mut rows_of_bound, &problem.lb, &problem.ub, Row::Bound),
-    ];
-    let mut parts = parts;
-    for (rows, lower, upper, row) in &mut parts {
-        for i in 0..rows.len() {
-            if lower[i] == upper[i] {
-                rows[i][0] = push(row(i), 1.0, upper[i]);
-            }
-        }
-    }
     let mut equalities = problem.b.len();
-    for (rows, lower, upper, row) in &mut parts {
-        for i in 0..rows.len() {
-            if lower[i] == upper[i] {
-                equalities += 1;
-                continue;
-            }
-            if upper[i].is_finite() {
-                rows[i][0] = push(row(i), 1.0, upper[i]);
-            }
-            if lower[i].is_finite() {
-                rows[i][1] = push(row(i), -1.0, lower[i]);
-            }
+    for ((row, lower, upper), place) in
+        two_sided.iter().zip(&mut places).filter(|((_, lower, upper), _)| lower == upper)
+    {
+        debug_assert!(lower.is_finite());
+        place[0] = push(*row, 1.0, *upper);
+        equalities += 1;
+    }
+    for ((row, lower, upper), place) in
+        two_sided.iter().zip(&mut places).filter(|((_, lower, upper), _)| lower != upper)
+    {
+        if upper.is_finite() {
+            place[0] = push(*row, 1.0, *upper);
+        }
+        if lower.is_finite() {
+            place[1] = push(*row, -1.0, *lower);
         }
     }
     let mut triplets = crate::Triplets::with_capacity(problem.A.entries() + 2 * problem.C.entries() + 2 * n);
     for (i, j, value) in problem.A.iter() {
         triplets.add(i, j, value);
     }
-    let bounds = (0..n).map(|i| (i, i, 1.0));
-    let inequalities = problem.C.iter().map(|(i, j, v)| (rows_of_C[i], j, v));
-    for (rows, j, value) in inequalities.chain(bounds.map(|(i, j, v)| (rows_of_bound[i], j, v))) {
-        for (row, sign) in rows.into_iter().zip([1.0, -1.0]) {
-            if row != NONE {
+    let entries = problem.C.iter().chain((0..n).map(|i| (m + i, i, 1.0)));
+    for (i, j, value) in entries {
+        for (row, sign) in places[i].into_iter().zip([1.0, -1.0]) {
+            if let Some(row) = row {
                 triplets.add(row, j, sign * value);
             }
         }

@@ -1,0 +1,189 @@
+//! The references as functions of time.
+
+use crate::support::{planned, straight};
+use gait::{GaitSettings, Walk, ankle_pose, plan};
+use nalgebra::Vector2;
+use pattern::{PhaseKind, Reference, WalkPattern};
+
+fn walks() -> Vec<WalkPattern> {
+    let turning =
+        GaitSettings { walk: Walk::Circle { swings: 6, step_length_m: 0.1, radius_m: 0.8 }, ..GaitSettings::default() };
+    [straight(4), turning].iter().map(|settings| plan(settings).expect("feasible").pattern).collect()
+}
+
+#[test]
+fn the_default_walk_is_the_papers_slow_one() {
+    let plan = planned("default", &GaitSettings::default(), 1e-3);
+    assert_eq!(plan.pattern.phases.len(), 34, "m = 3 n + 4 with n = 10");
+    assert!((plan.pattern.duration_s() - 14.42).abs() < 1e-12);
+    for (q, (_, landing)) in (1..).zip(&plan.landings) {
+        assert!((landing.x_m - 0.05 * f64::from(q.min(10))).abs() < 1e-15);
+    }
+    let end = plan.pattern.evaluate(100.0);
+    assert!((end.com.position - Vector2::new(0.5, 0.0)).amax() < 1e-12);
+    assert!(end.com.acceleration.amax() < 1e-9 && end.com.velocity.amax() < 1e-9);
+    assert!((end.feet[0].share.value - 0.5).abs() < 1e-12);
+    // Plausible beside the robot's own run: 0.22 m/s and 0.49 m/s^2 sideways.
+    let fastest = samples(&plan.pattern).map(|r| r.com.velocity.y.abs()).fold(0.0, f64::max);
+    let hardest = samples(&plan.pattern).map(|r| r.com.acceleration.y.abs()).fold(0.0, f64::max);
+    assert!((0.1..0.3).contains(&fastest) && (0.2..1.0).contains(&hardest), "{fastest} m/s, {hardest} m/s^2");
+}
+
+fn samples(pattern: &WalkPattern) -> impl Iterator<Item = Reference> + '_ {
+    (0..=(pattern.duration_s() / 0.005) as u32).map(|i| pattern.evaluate(f64::from(i) * 0.005))
+}
+
+#[test]
+fn every_derivative_is_the_derivative() {
+    // Central differences over 2 h: error h^2/6 times a third derivative (up to 1e4 /s^3 in a ZMP that crosses a foot in 0.4 s).
+    let h = 1e-5;
+    for pattern in walks() {
+        for (i, phase) in pattern.phases.iter().enumerate() {
+            for j in 1..8 {
+                let t = phase.duration_s * f64::from(j) / 8.0;
+                let [before, now, after] = [t - h, t, t + h].map(|t| pattern.evaluate_phase(i, t));
+                let close = |what: &str, b: Vector2<f64>, a: Vector2<f64>, rate: Vector2<f64>| {
+                    let error = ((a - b) / (2.0 * h) - rate).amax();
+                    let scale = 1.0 + rate.amax();
+                    assert!(error < 1e-5 * scale, "{what} of phase {i} at {t}: off by {error:e} of {rate}");
+                };
+                let (b, n, a) = (&before.com, &now.com, &after.com);
+                close("COM", b.position, a.position, n.velocity);
+                close("COM velocity", b.velocity, a.velocity, n.acceleration);
+                close("COM acceleration", b.acceleration, a.acceleration, n.jerk);
+                close("COM jerk", b.jerk, a.jerk, n.snap);
+                close("ZMP", before.zmp.position, after.zmp.position, now.zmp.velocity);
+                close("ZMP velocity", before.zmp.velocity, after.zmp.velocity, now.zmp.acceleration);
+                for foot in 0..2 {
+                    let [b, n, a] = [&before.feet[foot], &now.feet[foot], &after.feet[foot]];
+                    close("foot ZMP", b.zmp.position, a.zmp.position, n.zmp.velocity);
+                    close("foot ZMP velocity", b.zmp.velocity, a.zmp.velocity, n.zmp.acceleration);
+                    close("force", b.force.xy(), a.force.xy(), n.force_rate.xy());
+                    close("force rate", b.force_rate.xy(), a.force_rate.xy(), n.force_acceleration.xy());
+                    let z = |v: &spatial::Vec3| Vector2::new(v.z, 0.0);
+                    close("load", z(&b.force), z(&a.force), z(&n.force_rate));
+                    close("load rate", z(&b.force_rate), z(&a.force_rate), z(&n.force_acceleration));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn load_and_zmp_of_the_landing_foot_are_regular_at_both_ends() {
+    for pattern in walks() {
+        for (i, phase) in pattern.phases.iter().enumerate() {
+            if phase.kind == PhaseKind::SingleSupport {
+                continue;
+            }
+            let two = phase.foot_1.other().index();
+            if phase.load.cancelled_power == 3 {
+                let at = pattern.evaluate_phase(i, 0.0).feet[two];
+                assert_eq!((at.share.value, at.share.rate, at.share.acceleration), (0.0, 0.0, 0.0));
+                // Every instant after the landing, however early, continues what is said about the landing itself.
+                for t in [1e-15, 1e-12, 1e-9, 1e-6] {
+                    let soon = pattern.evaluate_phase(i, t).feet[two];
+                    assert!((soon.zmp.position - at.zmp.position).amax() < 1e2 * t + 1e-13, "phase {i}, {t} s");
+                    assert!((soon.zmp.velocity - at.zmp.velocity).amax() < 1e4 * t + 1e-11, "phase {i}, {t} s");
+                    assert!((soon.zmp.acceleration - at.zmp.acceleration).amax() < 1e6 * t + 1e-9, "phase {i}, {t} s");
+                }
+            }
+            if phase.kind == PhaseKind::Start && i > 0 || phase.kind == PhaseKind::DoubleSupport {
+                let end = pattern.evaluate_phase(i, phase.duration_s);
+                let share = end.feet[two].share;
+                assert!(
+                    (share.value - 1.0).abs() < 1e-12 && share.rate.abs() < 1e-11 && share.acceleration.abs() < 1e-9
+                );
+                assert!((end.feet[two].zmp.position - end.zmp.position).amax() < 1e-12);
+                assert!((end.feet[two].zmp.velocity - end.zmp.velocity).amax() < 1e-10);
+                assert!((end.feet[two].zmp.acceleration - end.zmp.acceleration).amax() < 1e-8);
+            }
+        }
+    }
+}
+
+#[test]
+fn start_and_stop_begin_and_end_over_the_ankles() {
+    for pattern in walks() {
+        for r in [pattern.evaluate(0.0), pattern.evaluate(pattern.duration_s())] {
+            let mut middle = Vector2::zeros();
+            for foot in &r.feet {
+                assert!((foot.zmp.position - foot.ankle_foothold.position()).amax() < 1e-12);
+                assert!(foot.zmp.velocity.amax() < 1e-10 && foot.zmp.acceleration.amax() < 1e-8);
+                assert!((foot.share.value - 0.5).abs() < 1e-14);
+                middle += 0.5 * foot.ankle_foothold.position();
+            }
+            assert!((r.com.position - middle).amax() < 1e-12 && (r.zmp.position - middle).amax() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn forces_add_up_to_the_cart_tables() {
+    for pattern in walks() {
+        for r in samples(&pattern) {
+            let sum = r.feet[0].force + r.feet[1].force;
+            let weight = pattern.mass_kg * pattern.gravity_m_per_s2;
+            assert!((sum.z - weight).abs() < 1e-10);
+            assert!((sum.xy() - pattern.mass_kg * r.com.acceleration).amax() < 1e-10);
+            assert!(r.feet.iter().all(|foot| foot.in_contact || foot.force.norm() == 0.0));
+            assert!(r.feet.iter().all(|foot| (-1e-14..=1.0 + 1e-14).contains(&foot.share.value)));
+        }
+    }
+}
+
+#[test]
+fn contact_times_and_footholds_tell_one_story() {
+    for pattern in walks() {
+        let mut before: Option<Reference> = None;
+        for r in samples(&pattern) {
+            for (i, foot) in r.feet.iter().enumerate() {
+                if let Some(swing) = foot.swing {
+                    assert!(swing.t_start_s <= r.t_s && r.t_s < swing.t_end_s);
+                    assert_eq!(foot.contact_since_s, swing.t_end_s);
+                    assert_eq!(foot.ankle_foothold, swing.to_foothold);
+                    if let Some(b) = before.filter(|b| b.feet[i].in_contact) {
+                        assert_eq!(b.feet[i].ankle_foothold, swing.from_foothold);
+                    }
+                } else {
+                    assert!(foot.contact_since_s <= r.t_s);
+                    let sole = pattern.sole_foothold(i, &foot.ankle_foothold);
+                    assert_eq!(foot.sole_foothold, sole);
+                    let (dx, dy) = (sole.x_m - foot.ankle_foothold.x_m, sole.y_m - foot.ankle_foothold.y_m);
+                    let (sin, cos) = sole.yaw_rad.sin_cos();
+                    let outward = if i == 0 { 0.011 } else { -0.011 };
+                    assert!((cos * dx + sin * dy - 0.015).abs() < 1e-15);
+                    assert!((cos * dy - sin * dx - outward).abs() < 1e-15);
+                }
+            }
+            before = Some(r);
+        }
+    }
+}
+
+#[test]
+fn the_swing_foot_leaves_and_lands_flat_and_clears_the_ground_by_the_apex() {
+    let pattern = plan(&GaitSettings::default()).expect("feasible").pattern;
+    let mut highest = 0.0_f64;
+    for r in samples(&pattern) {
+        for foot in &r.feet {
+            let pose = ankle_pose(&pattern, foot, r.t_s);
+            highest = highest.max(pose.translation.z);
+            assert!(pose.translation.z >= pattern.ankle_height_m - 1e-12);
+        }
+    }
+    assert!((highest - pattern.ankle_height_m - 0.04).abs() < 1e-4, "{highest}");
+}
+
+#[test]
+fn a_plan_survives_being_written_and_read() {
+    for pattern in walks() {
+        let text = toml::to_string(&pattern).expect("serialisable");
+        let read: WalkPattern = toml::from_str(&text).expect("readable");
+        assert_eq!(read, pattern);
+        assert_eq!(read.content_hash(), pattern.content_hash());
+        let mut other = read.clone();
+        other.phases[3].zmp[1].0[2] += 1e-12;
+        assert_ne!(other.content_hash(), pattern.content_hash());
+    }
+}
