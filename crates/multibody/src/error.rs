@@ -133,16 +133,16 @@ pub enum ModelError {
         /// The largest number accepted.
         limit: usize,
     },
-    /// No body can have this mass distribution.
-    #[error("link `{link}` cannot exist: {source}")]
+    /// No body can have this mass distribution. Remedy: correct the link's `<inertial>`, or tolerate it.
+    #[error("link `{link}` cannot exist: {cause}")]
     Inertia {
         /// The link.
         link: String,
         /// What is wrong with it.
-        source: InertiaError,
+        cause: InertiaError,
     },
-    /// No link has mass, so there is neither a centre of mass nor dynamics.
-    #[error("no link of the robot has mass")]
+    /// A floating robot needs mass somewhere.
+    #[error("no link of the robot has mass, so nothing determines how its floating base moves")]
     NoMass,
     /// A joint that was asked for, locked or mimicked does not exist.
     #[error("there is no joint `{name}`{}", suggestion(.nearest))]

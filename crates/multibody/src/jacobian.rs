@@ -59,14 +59,14 @@ pub(crate) fn classical(a: &spatial::Twist, v: &spatial::Twist, p: &Vec3) -> spa
 pub fn com_jacobian(model: &Model, ws: &mut Workspace, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (3, model.nv()), "Jacobian of the centre of mass");
     composite_inertias(model, ws);
-    let mass = ws.inertia[0].mass;
+    let per_mass = model.per_mass();
     for i in 1..model.bodies.len() {
         let force = ws.inertia[i].apply(&ws.motion[i].s).force;
-        out.fixed_view_mut::<3, 1>(0, model.base_dofs() + i - 1).copy_from(&(force / mass));
+        out.fixed_view_mut::<3, 1>(0, model.base_dofs() + i - 1).copy_from(&(force * per_mass));
     }
     if model.base() == Base::Floating {
         let R_WB = ws.motion[0].placement.rotation;
-        let lever: Mat3 = -so3::skew(&(ws.inertia[0].first_moment / mass)) * R_WB;
+        let lever: Mat3 = -so3::skew(&(ws.inertia[0].first_moment * per_mass)) * R_WB;
         out.fixed_view_mut::<3, 3>(0, 0).copy_from(&R_WB);
         out.fixed_view_mut::<3, 3>(0, 3).copy_from(&lever);
     }

@@ -92,5 +92,5 @@ pub fn center_of_mass(model: &Model, ws: &Workspace) -> Vec3 {
         .zip(&ws.motion)
         .map(|(body, motion)| body.inertia.mass_kg * motion.placement.point(&body.inertia.com))
         .sum();
-    ws.origin + first_moment / model.total_mass_kg()
+    ws.origin + first_moment * model.per_mass()
 }

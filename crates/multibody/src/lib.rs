@@ -66,7 +66,7 @@ pub use crba::crba;
 pub use error::{Item, ModelError};
 pub use jacobian::{com_jacobian, frame_drift, frame_jacobian};
 pub use kinematics::{center_of_mass, forward_kinematics, forward_kinematics_velocity};
-pub use model::{Base, Frame, FrameIndex, Joint, JointIndex, JointMotion, Limits, Model, ModelOptions};
+pub use model::{Base, Frame, FrameIndex, InertiaCheck, Joint, JointIndex, JointMotion, Limits, Model, ModelOptions};
 pub use rnea::{bias_forces, gravity_forces, rnea, rnea_with_external};
 pub use whole_body::{FrameTerms, WholeBodyTerms, whole_body_terms};
 pub use workspace::Workspace;

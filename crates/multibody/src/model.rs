@@ -4,7 +4,7 @@ use crate::error::nearest;
 use crate::urdf::{self, Kind, Tree, TreeJoint};
 use crate::{Configuration, Item, ModelError};
 use nalgebra::DVector;
-use spatial::{Inertia, Mat3, Transform, Vec3, so3};
+use spatial::{Inertia, InertiaError, Mat3, Transform, Vec3, so3};
 use std::collections::HashMap;
 
 /// More movable joints than this make dense matrices of gigabytes.
@@ -20,6 +20,18 @@ pub enum Base {
     Fixed,
 }
 
+/// What to do with links that no real body can be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum InertiaCheck {
+    /// Refuse the robot, naming the link.
+    #[default]
+    Strict,
+    /// Accept the robot, and list such links in [`Model::impossible_links`], as long as every *body* (a link with all that
+    /// is fixed to it) has positive principal moments, so that M stays positive definite. Every fourth public URDF needs
+    /// this: placeholders on massless sensor links, misplaced digits.
+    Tolerant,
+}
+
 /// How a URDF becomes a [`Model`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelOptions {
@@ -29,11 +41,18 @@ pub struct ModelOptions {
     pub locked_joints: Vec<(String, f64)>,
     /// Acceleration of free fall (m/s^2), world axes.
     pub gravity: Vec3,
+    /// What to do with links that no real body can be.
+    pub inertia: InertiaCheck,
 }
 
 impl Default for ModelOptions {
     fn default() -> Self {
-        Self { base: Base::Floating, locked_joints: Vec::new(), gravity: Vec3::new(0.0, 0.0, -9.81) }
+        Self {
+            base: Base::Floating,
+            locked_joints: Vec::new(),
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            inertia: InertiaCheck::default(),
+        }
     }
 }
 
@@ -114,7 +133,7 @@ pub struct Model {
     joints: Vec<Joint>,
     pub(crate) bodies: Vec<Body>,
     frames: Vec<Frame>,
-    root_frame: FrameIndex,
+    impossible_links: Vec<(String, InertiaError)>,
 }
 
 impl Model {
@@ -124,6 +143,9 @@ impl Model {
     /// [`ModelError`] names the link or joint that is wrong.
     pub fn from_urdf(text: &str, options: &ModelOptions) -> Result<Self, ModelError> {
         let tree = urdf::tree(text)?;
+        if let (InertiaCheck::Strict, Some((link, cause))) = (options.inertia, tree.impossible.first()) {
+            return Err(ModelError::Inertia { link: link.clone(), cause: *cause });
+        }
         let locked = locked_positions(&tree, &options.locked_joints)?;
         let mut model = Self {
             name: tree.name.clone(),
@@ -139,7 +161,7 @@ impl Model {
                 rotor_inertia: 0.0,
             }],
             frames: Vec::new(),
-            root_frame: FrameIndex(0),
+            impossible_links: tree.impossible.clone(),
         };
         // Depth first with an explicit stack of joints to cross: a chain of any length is read.
         let mut pending = Vec::new();
@@ -152,8 +174,13 @@ impl Model {
         if model.joints.len() > JOINTS_MAX {
             return Err(ModelError::TooManyJoints { found: model.joints.len(), limit: JOINTS_MAX });
         }
+        model.refuse_indefinite_bodies()?;
+        if model.base == Base::Fixed {
+            // What is attached to the world is part of the world.
+            model.bodies[0].inertia = Inertia::zero();
+        }
         model.total_mass_kg = model.bodies.iter().map(|body| body.inertia.mass_kg).sum();
-        if model.total_mass_kg == 0.0 {
+        if model.base == Base::Floating && model.total_mass_kg == 0.0 {
             return Err(ModelError::NoMass);
         }
         Ok(model)
@@ -203,6 +230,17 @@ impl Model {
         self.joints.push(Joint { name: joint.name.clone(), motion, limits: joint.limits });
         self.bodies.push(Body { parent: body, motion, placement, inertia: Inertia::zero(), rotor_inertia: 0.0 });
         Ok((self.bodies.len() - 1, Transform::new(R_JA.transpose(), Vec3::zeros())))
+    }
+
+    /// Even a tolerated robot must have a positive definite M.
+    fn refuse_indefinite_bodies(&self) -> Result<(), ModelError> {
+        for (link, _) in &self.impossible_links {
+            let frame = self.frames.iter().find(|frame| frame.name == *link).expect("every link is a frame");
+            if let Err(cause @ InertiaError::NegativeMoment(_)) = self.bodies[frame.body].inertia.check() {
+                return Err(ModelError::Inertia { link: link.clone(), cause });
+            }
+        }
+        Ok(())
     }
 
     /// The robot's name in the URDF.
@@ -287,7 +325,7 @@ impl Model {
     /// Frame of the root link, which is the base frame B.
     #[must_use]
     pub fn base_frame(&self) -> FrameIndex {
-        self.root_frame
+        FrameIndex(0)
     }
 
     /// The joint that moves the body to which a frame is attached; `None` if it is the base.
@@ -320,7 +358,13 @@ impl Model {
         self.bodies[joint.0 + 1].rotor_inertia = kg_m2;
     }
 
-    /// Mass of all links (kg).
+    /// Links that no real body can be, accepted with [`InertiaCheck::Tolerant`].
+    #[must_use]
+    pub fn impossible_links(&self) -> &[(String, InertiaError)] {
+        &self.impossible_links
+    }
+
+    /// Mass of all links (kg); with a fixed base, of those that can move.
     #[must_use]
     pub fn total_mass_kg(&self) -> f64 {
         self.total_mass_kg
@@ -347,6 +391,11 @@ impl Model {
             *rotor_inertia == 0.0 && (!below[i] || (is_leaf[i] && alone == 0.0))
         };
         (1..n).find(|&i| moves_nothing(i)).map(|i| JointIndex(i - 1))
+    }
+
+    /// `1 / total mass` (1/kg); a fixed base that carries no mass at all has its centre of mass at O.
+    pub(crate) fn per_mass(&self) -> f64 {
+        if self.total_mass_kg > 0.0 { 1.0 / self.total_mass_kg } else { 0.0 }
     }
 
     /// Base at the world's origin, all joints at zero.

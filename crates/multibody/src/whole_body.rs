@@ -111,7 +111,8 @@ pub fn whole_body_terms(
 fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBodyTerms) {
     let total = &ws.inertia[0];
     let R_WB = ws.motion[0].placement.rotation;
-    let p_OG = total.first_moment / total.mass;
+    let per_mass = model.per_mass();
+    let p_OG = total.first_moment * per_mass;
     let base_dofs = model.base_dofs();
     let mut momentum = total.apply(&ws.motion[0].v);
     for i in 1..model.bodies.len() {
@@ -120,7 +121,7 @@ fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBo
         let column = base_dofs + i - 1;
         out.centroidal_matrix.fixed_view_mut::<3, 1>(0, column).copy_from(&about_com.force);
         out.centroidal_matrix.fixed_view_mut::<3, 1>(3, column).copy_from(&about_com.moment);
-        out.com_jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&(about_com.force / total.mass));
+        out.com_jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&(about_com.force * per_mass));
         momentum = momentum + Wrench { force: f.force * v[column], moment: f.moment * v[column] };
     }
     if model.base() == Base::Floating {
@@ -138,10 +139,10 @@ fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBo
     let momentum = momentum.about(&p_OG);
     let weight = total.mass * model.gravity();
     out.com = ws.origin + p_OG;
-    out.com_velocity = momentum.force / total.mass;
+    out.com_velocity = momentum.force * per_mass;
     out.momentum = momentum.to_vector();
     // The summed forces hold the robot against gravity, whose moment about G is zero.
     let rate = ws.force[0].about(&p_OG);
     out.centroidal_drift = Wrench { force: rate.force + weight, moment: rate.moment }.to_vector();
-    out.com_drift = (rate.force + weight) / total.mass;
+    out.com_drift = (rate.force + weight) * per_mass;
 }

@@ -42,6 +42,9 @@ impl std::error::Error for InertiaError {}
 /// Principal moments may miss positivity or the triangle inequality by this fraction of the largest one: exporters round.
 const ROUNDED_EXPORT: f64 = 1e-3;
 
+/// Radii of gyration below this (m) are zero: a point mass is a body, and rounding makes its moments tiny, not zero.
+const POINT_M: f64 = 1e-6;
+
 impl Inertia {
     /// No mass.
     #[must_use]
@@ -112,7 +115,7 @@ impl Inertia {
         }
         let mut moments: [f64; 3] = self.about_com.symmetric_eigenvalues().into();
         moments.sort_by(f64::total_cmp);
-        let slack = ROUNDED_EXPORT * moments[2].abs();
+        let slack = ROUNDED_EXPORT * moments[2].abs() + self.mass_kg * POINT_M * POINT_M;
         if moments[0] < -slack {
             return Err(InertiaError::NegativeMoment(moments[0]));
         }

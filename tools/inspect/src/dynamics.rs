@@ -3,8 +3,8 @@
 use crate::door::{self, Outcome};
 use anyhow::Context;
 use multibody::{
-    Base, Configuration, FrameIndex, Model, ModelOptions, WholeBodyTerms, Workspace, aba, gravity_forces, rnea,
-    whole_body_terms,
+    Base, Configuration, FrameIndex, InertiaCheck, Model, ModelOptions, WholeBodyTerms, Workspace, aba, gravity_forces,
+    rnea, whole_body_terms,
 };
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,9 @@ pub struct Arguments {
     /// Joints to lock, with the position (rad, m) at which they are merged into their parents.
     #[arg(long, num_args = 1.., value_name = "NAME=VALUE", value_parser = lock)]
     lock: Vec<(String, f64)>,
+    /// Refuse robots with links that no real body can be, instead of naming them on stderr.
+    #[arg(long)]
+    strict: bool,
     /// Print the names of the joints in the order of v, as a JSON list, and stop.
     #[arg(long)]
     joints: bool,
@@ -140,8 +143,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         base: if arguments.fixed_base { Base::Fixed } else { Base::Floating },
         locked_joints: arguments.lock.clone(),
         gravity: Vec3::from_column_slice(&arguments.gravity),
+        inertia: if arguments.strict { InertiaCheck::Strict } else { InertiaCheck::Tolerant },
     };
     let model = Model::from_urdf(&text, &options).with_context(|| path.display().to_string())?;
+    for (link, cause) in model.impossible_links() {
+        eprintln!("soleus-inspect: warning: link `{link}` cannot exist: {cause}");
+    }
     let joints: Vec<&str> = model.joints().iter().map(|joint| joint.name.as_str()).collect();
     if arguments.joints {
         door::write(&joints)?;

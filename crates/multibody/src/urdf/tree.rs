@@ -3,7 +3,7 @@
 use super::clean::Document;
 use crate::error::nearest;
 use crate::{Item, Limits, ModelError};
-use spatial::{Inertia, Mat3, Transform, Vec3, so3};
+use spatial::{Inertia, InertiaError, Mat3, Transform, Vec3, so3};
 use std::collections::HashMap;
 
 /// No robot part is longer than this (m): larger numbers are millimetres.
@@ -57,17 +57,23 @@ pub(crate) struct Tree {
     pub links: Vec<TreeLink>,
     pub joints: Vec<TreeJoint>,
     pub root: usize,
+    /// Links that no real body can be.
+    pub impossible: Vec<(String, InertiaError)>,
 }
 
 impl Tree {
     pub(super) fn build(robot: urdf_rs::Robot, document: &Document) -> Result<Self, ModelError> {
         let mut links = Vec::with_capacity(robot.links.len());
-        let mut index = HashMap::new();
+        let (mut index, mut impossible) = (HashMap::new(), Vec::new());
         for link in &robot.links {
             if index.insert(link.name.clone(), links.len()).is_some() {
                 return Err(ModelError::Duplicate(Item::Link(link.name.clone())));
             }
-            links.push(TreeLink { name: link.name.clone(), inertia: inertia(link)?, children: Vec::new() });
+            let (X_LC, inertia) = inertia(link)?;
+            if let Err(cause) = inertia.check() {
+                impossible.push((link.name.clone(), cause));
+            }
+            links.push(TreeLink { name: link.name.clone(), inertia: inertia.seen_from(&X_LC), children: Vec::new() });
         }
         let mut joints: Vec<TreeJoint> = Vec::with_capacity(robot.joints.len());
         let mut above: Vec<Option<usize>> = vec![None; links.len()];
@@ -105,7 +111,7 @@ impl Tree {
             joints.push(read_joint(joint, parent, child, limited)?);
         }
         let root = root(&links, &joints, &above)?;
-        Ok(Self { name: robot.name, links, joints, root })
+        Ok(Self { name: robot.name, links, joints, root, impossible })
     }
 }
 
@@ -206,7 +212,8 @@ fn limits(joint: &urdf_rs::Joint, kind: Kind, limited: bool) -> Result<Limits, M
     Ok(limits)
 }
 
-fn inertia(link: &urdf_rs::Link) -> Result<Inertia, ModelError> {
+/// Pose of the inertial frame in the link, and the inertia in it.
+fn inertia(link: &urdf_rs::Link) -> Result<(Transform, Inertia), ModelError> {
     let item = || Item::Link(link.name.clone());
     let found = &link.inertial;
     let X_LC = pose(&found.origin, item)?;
@@ -221,8 +228,10 @@ fn inertia(link: &urdf_rs::Link) -> Result<Inertia, ModelError> {
     plausible(item, "mass", mass_kg, MASS_MAX_KG)?;
     plausible(item, "inertia", about_com.amax(), MOMENT_MAX_KG_M2)?;
     let inertia = Inertia { mass_kg, com: Vec3::zeros(), about_com };
-    inertia.check().map_err(|source| ModelError::Inertia { link: link.name.clone(), source })?;
-    Ok(inertia.seen_from(&X_LC))
+    match inertia.check() {
+        Err(cause @ InertiaError::NegativeMass(_)) => Err(ModelError::Inertia { link: link.name.clone(), cause }),
+        _ => Ok((X_LC, inertia)),
+    }
 }
 
 fn pose(origin: &urdf_rs::Pose, item: impl Fn() -> Item) -> Result<Transform, ModelError> {

@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+"""Soleus' rigid-body dynamics against Pinocchio; see README.md."""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+
+import environment
+
+ROBOTS = [
+    "talos_reduced.urdf",
+    "talos_full_v2.urdf",
+    "g1_29dof_rev_1_0.urdf",
+    "g1_29dof_with_hand_rev_1_0.urdf",
+    "romeo_small.urdf",
+    "romeo.urdf",
+    "simple_humanoid.urdf",
+    "human.urdf",
+    "icub_reduced.urdf",
+    "alexander_v1.lowerBodyOnly.urdf",
+    "anymal.urdf",
+    "panda.urdf",
+    "tiago.urdf",
+]
+LIMIT, GOAL = 1e-9, 1e-11
+
+
+def random_tree(rng, links):
+    """A URDF of a random tree: every joint type, arbitrary axes and frames, fixed and massless links among them."""
+    def numbers(values):
+        return " ".join(repr(float(x)) for x in values)
+
+    text = ['<robot name="random">']
+    for i in range(links + 1):
+        massless = i > 0 and rng.random() < 0.1
+        mass, edges = rng.uniform(0.2, 4.0), rng.uniform(0.05, 0.4, 3)
+        ixx, iyy, izz = mass / 12 * (sum(edges**2) - edges**2)
+        inertial = "" if massless else (
+            f'<inertial><origin xyz="{numbers(rng.uniform(-0.2, 0.2, 3))}" rpy="{numbers(rng.uniform(-3, 3, 3))}"/>'
+            f'<mass value="{mass!r}"/><inertia ixx="{ixx!r}" iyy="{iyy!r}" izz="{izz!r}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        )
+        text.append(f'<link name="l{i}">{inertial}</link>'.replace("np.float64(", "").replace(")", ""))
+        if i == 0:
+            continue
+        kinds = ["fixed"] if massless else ["revolute", "revolute", "revolute", "continuous", "prismatic", "fixed"]
+        parent = rng.integers(i) if rng.random() < 0.3 else i - 1
+        axis = [[1, 0, 0], [0, -1, 0], [0, 0, 1], rng.normal(size=3), rng.normal(size=3)][rng.integers(5)]
+        text.append(
+            f'<joint name="j{i}" type="{kinds[rng.integers(len(kinds))]}"><parent link="l{parent}"/><child link="l{i}"/>'
+            f'<origin xyz="{numbers(rng.uniform(-0.4, 0.4, 3))}" rpy="{numbers(rng.uniform(-3, 3, 3))}"/>'
+            f'<axis xyz="{numbers(axis)}"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint>'
+        )
+    return "\n".join([*text, "</robot>"])
+
+
+def random_states(rng, joints, base_dofs, count):
+    """States far outside all limits."""
+    import numpy as np
+
+    states = []
+    for k in range(count):
+        axis = rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        angle = np.pi - 1e-6 * rng.random() if k % 4 == 0 else np.pi * rng.random()
+        nv = base_dofs + len(joints)
+        states.append({
+            "base_position": list(rng.uniform(-3, 3, 3)) if base_dofs else [0.0] * 3,
+            "base_quaternion_xyzw": [*(axis * np.sin(angle / 2)), np.cos(angle / 2)] if base_dofs else [0, 0, 0, 1],
+            "joint_angles": dict(zip(joints, rng.uniform(-6, 6, len(joints)))),
+            "v": list(rng.uniform(-3, 3, nv)),
+            "a": list(rng.uniform(-5, 5, nv)),
+            "tau": list(rng.uniform(-50, 50, nv)),
+        })
+    return states
+
+
+class Reference:
+    """The same quantities by Pinocchio, in Soleus' order of joints."""
+
+    def __init__(self, urdf, joints, fixed_base):
+        import numpy as np
+        import pinocchio as pin
+
+        root = () if fixed_base else (pin.JointModelFreeFlyer(),)
+        self.model = pin.buildModelFromUrdf(str(urdf), *root)
+        self.data = self.model.createData()
+        self.fixed_base = fixed_base
+        names = [n for n in self.model.names[1:] if n != "root_joint"]
+        if sorted(names) != sorted(joints):
+            raise ValueError(f"joints differ: {sorted(set(names) ^ set(joints))}")
+        order = [] if fixed_base else list(range(6))
+        self.order = np.array(order + [self.model.joints[self.model.getJointId(n)].idx_v for n in joints], dtype=int)
+
+    def configuration(self, state):
+        import numpy as np
+        import pinocchio as pin
+
+        q = pin.neutral(self.model)
+        if not self.fixed_base:
+            q[:3], q[3:7] = state["base_position"], state["base_quaternion_xyzw"]
+            q[3:7] /= np.linalg.norm(q[3:7])
+        for name, angle in state["joint_angles"].items():
+            joint = self.model.joints[self.model.getJointId(name)]
+            if joint.nq == 2:
+                q[joint.idx_q], q[joint.idx_q + 1] = np.cos(angle), np.sin(angle)
+            else:
+                q[joint.idx_q] = angle
+        return q
+
+    def terms(self, state, frames):
+        import numpy as np
+        import pinocchio as pin
+
+        model, data, order = self.model, self.data, self.order
+        q = self.configuration(state)
+        v, a, tau = (np.zeros(model.nv) for _ in range(3))
+        v[order], a[order], tau[order] = state["v"], state["a"], state["tau"]
+        zero = np.zeros(model.nv)
+        out = {}
+        M = pin.crba(model, data, q)
+        M = np.triu(M) + np.triu(M, 1).T
+        out["M"] = M[np.ix_(order, order)]
+        out["nle"] = pin.nonLinearEffects(model, data, q, v)[order]
+        out["gravity"] = pin.computeGeneralizedGravity(model, data, q)[order]
+        out["rnea"] = pin.rnea(model, data, q, v, a)[order]
+        out["aba"] = pin.aba(model, data, q, v, tau)[order]
+        out["Jcom"] = pin.jacobianCenterOfMass(model, data, q)[:, order]
+        pin.centerOfMass(model, data, q, v, zero)
+        out["com"], out["com_drift"] = data.com[0].copy(), data.acom[0].copy()
+        pin.ccrba(model, data, q, v)
+        out["Ag"], out["hg"] = data.Ag[:, order], data.hg.vector.copy()
+        out["hg_drift"] = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, zero).vector.copy()
+        pin.forwardKinematics(model, data, q, v, zero)
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        for name in frames:
+            frame = model.getFrameId(name, pin.FrameType.BODY)
+            out["placement", name] = data.oMf[frame].homogeneous
+            out["J", name] = pin.getFrameJacobian(model, data, frame, axes)[:, order]
+            out["drift", name] = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
+        return out
+
+
+def compare(binary, urdf, seed, count, fixed_base=False):
+    """Worst relative error per quantity."""
+    import numpy as np
+
+    base = ["--fixed-base"] if fixed_base else []
+    command = [binary, "dynamics", "--robot", urdf, *base]
+    run = lambda extra, text="": subprocess.run(command + extra, input=text, capture_output=True, text=True)
+    listed = run(["--joints"])
+    if listed.returncode != 0:
+        raise ValueError(listed.stderr.strip())
+    joints = json.loads(listed.stdout)
+    reference = Reference(urdf, joints, fixed_base)
+    rng = np.random.default_rng(seed)
+    states = random_states(rng, joints, 0 if fixed_base else 6, count)
+    import pinocchio as pin
+    bodies = [f.name for f in reference.model.frames if f.type == pin.FrameType.BODY]
+    frames = sorted(set(rng.choice(bodies, size=min(8, len(bodies)), replace=False)))
+    answer = run(["--frames", *frames], json.dumps({"states": states}))
+    if answer.returncode not in (0, 1):
+        raise ValueError(answer.stderr.strip())
+    worst = {}
+    for state, ours in zip(states, json.loads(answer.stdout)["states"]):
+        found, expected = {}, {}
+        for key, value in reference.terms(state, frames).items():
+            name, answer = (key, ours[key]) if isinstance(key, str) else (key[0], ours["frames"][key[1]][key[0]])
+            if answer is not None:  # aba of a robot with a joint that moves nothing: nobody has an answer
+                found.setdefault(name, []).extend(np.ravel(answer))
+                expected.setdefault(name, []).extend(np.ravel(value))
+        for name in found:
+            scale = np.max(np.abs(expected[name]), initial=np.finfo(float).tiny)
+            error = np.max(np.abs(np.subtract(found[name], expected[name])), initial=0.0) / scale
+            worst[name] = max(worst.get(name, 0.0), float(error))
+    return worst, len(joints), reference.model.nv
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--urdf", type=pathlib.Path, nargs="*", help="your own robots instead")
+    parser.add_argument("--all", action="store_true", help="every URDF of the packages")
+    parser.add_argument("--trees", type=int, default=20, help="number of random trees (default 20)")
+    parser.add_argument("--states", type=int, default=20, help="states per robot (default 20)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--binary", type=pathlib.Path, help="soleus-inspect, if already built")
+    arguments = parser.parse_args()
+    environment.enter()
+    import numpy as np
+
+    binary = arguments.binary or environment.inspect()
+    if arguments.urdf:
+        robots, arguments.trees = arguments.urdf, 0
+    else:
+        available = sorted(environment.robots().rglob("*.urdf"))
+        robots = [path for path in available if arguments.all or path.name in ROBOTS]
+        robots += environment.packaged("jvrc_description", "jvrc1.urdf")
+        robots += [path for path in environment.packaged("icub_models", "*.urdf") if arguments.all or "V2_7" in str(path)]
+        robots += [environment.ROOT / "robots" / "hrp4" / "hrp4.urdf"]
+    cases = [(f"{path.parent.parent.name}/{path.name}", path, False) for path in robots]
+    trees = environment.VENV / "random"
+    trees.mkdir(exist_ok=True)
+    for k in range(arguments.trees):
+        path = trees / f"tree_{arguments.seed}_{k}.urdf"
+        path.write_text(random_tree(np.random.default_rng([arguments.seed, k]), 3 + 2 * k))
+        cases.append((path.name, path, k % 4 == 3))
+    total, failed, unread = {}, [], []
+    print(f"{'robot':58} {'joints':>6} {'worst':>9}  of")
+    for name, path, fixed_base in cases:
+        try:
+            worst, joints, _ = compare(binary, path, arguments.seed, arguments.states, fixed_base)
+        except Exception as error:  # a robot that one of the two cannot read is a result, not a crash
+            unread.append((name, str(error)))
+            continue
+        quantity = max(worst, key=worst.get)
+        print(f"{name:58} {joints:6} {worst[quantity]:9.1e}  {quantity}")
+        failed += [name] if worst[quantity] > LIMIT else []
+        for key, error in worst.items():
+            total[key] = max(total.get(key, 0.0), error)
+    print("\nworst relative error per quantity:")
+    for key, error in total.items():
+        print(f"  {key:10} {error:9.1e}  {'ok' if error <= GOAL else 'ok, above the goal' if error <= LIMIT else 'TOO LARGE'}")
+    for name, error in unread:
+        print(f"not compared: {name}: {error}")
+    print(f"{len(cases) - len(unread)} robots compared, {len(failed)} above {LIMIT:g}")
+    return 1 if failed or (unread and not arguments.all) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
