@@ -160,3 +160,74 @@ pub struct DriveState {
     /// Joint rate (rad/s).
     pub rate: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use multibody::{Base, ModelOptions};
+
+    const URDF: &str = r#"<robot name="arm"><link name="base"/><link name="arm"><inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="elbow" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+        <limit lower="-1" upper="1" velocity="2" effort="10"/></joint></robot>"#;
+
+    fn servo() -> Servo {
+        let model = Model::from_urdf(URDF, &ModelOptions { base: Base::Fixed, ..Default::default() }).unwrap();
+        let default = DriveSettings {
+            stiffness_nm_per_rad: 100.0,
+            damping_nm_s_per_rad: 2.0,
+            viscous_friction_nm_s_per_rad: 0.5,
+            coulomb_friction_nm: 0.3,
+            ..Default::default()
+        };
+        Servo::new(&model, &ServoSettings { default, ..Default::default() }).unwrap()
+    }
+
+    fn one(value: f64) -> DVector<f64> {
+        DVector::from_element(1, value)
+    }
+
+    #[test]
+    fn derivative_is_that_of_the_torque_with_the_rate() {
+        let mut servo = servo();
+        servo.command(&one(0.004), &one(0.1), 0.005);
+        let step_s = 1e-3;
+        // The position at the end of the step follows the rate; the last rate saturates the motor.
+        let at = |rate: f64| {
+            let state = DriveState { share: 0.4, period_s: 0.005, step_s, position: 0.003 + step_s * rate, rate };
+            servo.torque(0, &state)
+        };
+        for rate in [-0.7, -0.01, 0.0, 0.005, 0.4, 8.0] {
+            let (up, down) = (at(rate + 1e-6), at(rate - 1e-6));
+            let difference = (up.motor_nm + up.friction_nm - down.motor_nm - down.friction_nm) / 2e-6;
+            assert!((difference - at(rate).derivative).abs() < 1e-4 * difference.abs(), "at {rate} rad/s");
+        }
+        assert!(at(8.0).saturated && at(8.0).motor_nm == -10.0);
+        assert!(!at(0.0).saturated);
+    }
+
+    #[test]
+    fn references_run_linearly_and_stay_within_position_and_speed_limits() {
+        let mut servo = servo();
+        servo.hold(&one(0.0));
+        servo.command(&one(0.004), &one(0.0), 0.005);
+        assert_eq!([0.0, 0.5, 1.0].map(|share| servo.reference(0, share)), [0.0, 0.002, 0.004]);
+        assert_eq!(servo.limited_references(), 0);
+        servo.command(&one(5.0), &one(0.0), 0.005);
+        assert!((servo.reference(0, 1.0) - 0.014).abs() < 1e-15, "2 rad/s for 5 ms");
+        for _ in 0..200 {
+            servo.command(&one(5.0), &one(0.0), 0.005);
+        }
+        assert_eq!(servo.reference(0, 1.0), 1.0);
+        assert_eq!(servo.limited_references(), 201);
+    }
+
+    #[test]
+    fn a_repeated_reference_is_held_with_rate_zero() {
+        let mut servo = servo();
+        servo.command(&one(0.004), &one(0.0), 0.005);
+        servo.command(&one(0.004), &one(0.0), 0.005);
+        let state = DriveState { share: 0.2, period_s: 0.005, step_s: 1e-3, position: 0.004, rate: 0.0 };
+        assert_eq!(servo.torque(0, &state).motor_nm, 0.0);
+    }
+}

@@ -57,6 +57,10 @@ use crate::sensor::PlantSensors;
 use crate::truth::zero_moment_point;
 
 /// The plan that comes with a command: what the robot should do at the command's time.
+///
+/// ZMP and wrenches should be those of the planned *whole-body* motion (what the whole-body controller computed), not of a
+/// cart-table: the angular momentum of a swinging leg shifts the ZMP by about 1 cm, and a stabiliser that is told the cart-table's
+/// takes the difference for a disturbance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
     /// Base pose `X_WB`.

@@ -375,3 +375,6 @@ fn momentum(M: &DMatrix<f64>, state: &State) -> Momentum {
         com: X_WB.point(&com_B),
     }
 }
+
+#[cfg(test)]
+mod tests;

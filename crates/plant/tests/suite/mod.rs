@@ -1,5 +1,6 @@
 mod balance;
 mod configuration;
 mod free_fall;
+mod interface;
 mod robot;
 mod standing;

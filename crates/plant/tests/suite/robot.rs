@@ -27,6 +27,10 @@ fn hrp4() -> &'static Robot {
 /// The ankle in the sole frame, left foot (m).
 pub const ANKLE_IN_SOLE_M: [f64; 3] = [-0.015, -0.011, 0.103];
 
+pub fn urdf() -> String {
+    hrp4().urdf.clone()
+}
+
 /// Walking model: hands, wrists and neck locked.
 pub fn model() -> Model {
     let locked_joints = hrp4().description.walking_locked_joints();
