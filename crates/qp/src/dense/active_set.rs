@@ -79,6 +79,8 @@ pub struct ActiveSet {
     /// Multipliers of the held rows: `y - y₀ = D u`.
     u: Vec<f64>,
     is_held: Vec<bool>,
+    /// Rows that follow from the held ones and are violated by rounding only.
+    is_tolerated: Vec<bool>,
     /// Equalities that depend on the others: taken up only if violated.
     postponed: Vec<usize>,
     guess: Vec<Held>,
@@ -99,6 +101,15 @@ pub struct ActiveSet {
     loosening: f64,
     iterations: usize,
     outcome: Outcome,
+}
+
+/// Which violations count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Tolerance {
+    /// Those beyond the settings' tolerance.
+    Strict,
+    /// Less, after sets of rows have returned or rows have proved to follow from others.
+    Loosened,
 }
 
 /// A row found violated.
@@ -130,6 +141,7 @@ impl ActiveSet {
             held: Vec::with_capacity(n),
             u: vector(),
             is_held: vec![false; rows + n],
+            is_tolerated: vec![false; rows + n],
             postponed: Vec::with_capacity(size.equalities),
             guess: Vec::with_capacity(n),
             norms: vec![1.0; rows + n],
@@ -167,16 +179,25 @@ impl ActiveSet {
         let mut best_defect = f64::INFINITY;
         loop {
             self.locate(problem, refinements == 0);
-            if let Some(violated) = self.most_violated(problem) {
+            if let Some(violated) = self.most_violated(problem, Tolerance::Loosened) {
                 if self.iterations >= self.settings.iterations_max {
                     self.judge(problem);
                     return Status::IterationLimit;
                 }
                 match self.take_up(problem, violated) {
-                    Taken::Held => {}
+                    Taken::Held => self.is_tolerated.fill(false),
                     Taken::Contradiction => {
-                        self.judge(problem);
-                        return Status::Infeasible;
+                        if self.is_proven(problem, violated) {
+                            self.describe_contradiction(problem, violated);
+                            self.judge(problem);
+                            return Status::Infeasible;
+                        }
+                        // The row follows from those held, to rounding: it holds when they do.
+                        self.is_tolerated[violated.row] = true;
+                        self.settle(problem);
+                        refinements = 0;
+                        best_defect = f64::INFINITY;
+                        continue;
                     }
                     Taken::OutOfIterations => {
                         self.judge(problem);
@@ -192,8 +213,14 @@ impl ActiveSet {
             if !defect.is_finite() {
                 return Status::NumericalFailure;
             }
-            if defect <= 1.0 || refinements == REFINEMENTS_MAX || defect > 0.5 * best_defect {
-                return if self.loosening > 1.0 { Status::SolvedInaccurately } else { Status::Solved };
+            // A tolerance that was raised on the way does not matter if the point is good in the end.
+            let is_strict = self.most_violated(problem, Tolerance::Strict).is_none();
+            let cannot_improve = refinements == REFINEMENTS_MAX || defect > 0.5 * best_defect;
+            if is_strict && (defect <= 1.0 || cannot_improve) {
+                return Status::Solved;
+            }
+            if cannot_improve {
+                return Status::SolvedInaccurately;
             }
             best_defect = defect;
             self.refine(problem);
@@ -208,6 +235,7 @@ impl ActiveSet {
         self.basis.clear();
         self.postponed.clear();
         self.is_held.fill(false);
+        self.is_tolerated.fill(false);
         self.history.fill(0);
         self.loosening = 1.0;
         self.iterations = 0;
@@ -335,20 +363,21 @@ impl ActiveSet {
     }
 
     /// The row with the largest violation relative to the length of its gradient.
-    fn most_violated(&self, problem: &Problem) -> Option<Violated> {
+    fn most_violated(&self, problem: &Problem, tolerance: Tolerance) -> Option<Violated> {
         let Size { equalities: e, inequalities: m, .. } = self.size;
         let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
+        let is_loose = tolerance == Tolerance::Loosened;
+        let loosening = if is_loose { self.loosening } else { 1.0 };
         let mut worst = None;
         let mut largest = 0.0;
         let mut look = |row: usize, value: f64, lower: f64, upper: f64, norm: f64| {
             let (below, above) = (lower - value, value - upper);
             let violation = below.max(above);
-            if violation <= 0.0 || self.is_held[row] {
+            if violation <= 0.0 || self.is_held[row] || (is_loose && self.is_tolerated[row]) {
                 return;
             }
             let scaled = if norm > 0.0 { violation / norm } else { violation };
-            if scaled > largest && violation > self.loosening * (self.settings.feasibility_tolerance + rounding * norm)
-            {
+            if scaled > largest && violation > loosening * (self.settings.feasibility_tolerance + rounding * norm) {
                 largest = scaled;
                 worst = Some(Violated { row, sign: if below > above { 1.0 } else { -1.0 } });
             }
@@ -390,7 +419,6 @@ impl ActiveSet {
             let (partial, leaving) = self.first_to_leave(sign);
             let step = full.min(partial);
             if step == f64::INFINITY {
-                self.describe_contradiction(problem, entering);
                 return Taken::Contradiction;
             }
             for (u, r) in self.u[..q].iter_mut().zip(&self.r) {
@@ -453,9 +481,30 @@ impl ActiveSet {
         self.held.iter().any(|k| share(k.row, row_times(problem, self.size, k.row, &self.w)) > 0.5 * own)
     }
 
+    /// Whether the combination `a - Σ rₖ aₖ`, which vanishes to rounding, really asks too much of its limits: judged from
+    /// the data, for the violation of one row at an inexact point proves nothing.
+    fn is_proven(&mut self, problem: &Problem, entering: Violated) -> bool {
+        let limit = limit_of(problem, self.size, entering.row, entering.sign);
+        let (mut demanded, mut terms) = (limit, limit.abs());
+        self.gather(problem, entering.row);
+        self.z.copy_from_slice(&self.d);
+        for k in 0..self.held.len() {
+            let (held, r) = (self.held[k], self.r[k]);
+            let term = r * self.limit(problem, held);
+            demanded -= term;
+            terms += term.abs();
+            self.gather(problem, held.row);
+            axpy(-r, &self.d, &mut self.z);
+        }
+        let remainder = dot(&self.z, &self.z).sqrt();
+        let reach = dot(&self.x, &self.x).sqrt();
+        let noise = remainder * reach + ROUNDOFFS * f64::EPSILON * terms;
+        entering.sign * demanded > noise
+    }
+
     /// The certificate: `a = Σ rₖ aₖ` to rounding, while the limits contradict each other. Multipliers and weights are
     /// positive at upper sides.
-    fn describe_contradiction(&mut self, problem: &Problem, entering: Held) {
+    fn describe_contradiction(&mut self, problem: &Problem, entering: Violated) {
         self.x.copy_from_slice(&self.y);
         self.cholesky.solve_upper(&mut self.x);
         let value = row_times(problem, self.size, entering.row, &self.x);
@@ -517,7 +566,10 @@ impl ActiveSet {
             axpy(1.0, &self.d, gradient);
         }
         let stationarity = largest(gradient) / term.max(1.0);
-        let mut defect = largest(gradient) / (STATIONARITY_GOAL * term).max(f64::MIN_POSITIVE);
+        // Rounding of P x itself, which may cancel: |P_ij| is at most the largest diagonal entry.
+        let steepest = problem.P.as_slice().iter().step_by(n + 1).fold(0.0, |s: f64, p| s.max(*p));
+        let evaluation = 4.0 * f64::EPSILON * steepest * dot(&self.x, &self.x).sqrt();
+        let mut defect = largest(gradient) / (STATIONARITY_GOAL * term).max(evaluation).max(f64::MIN_POSITIVE);
 
         let (targets, rows) = (problem.b.as_slice(), &self.values[e..]);
         let missed = self.values[..e].iter().zip(targets).fold(0.0, |s: f64, (v, b)| s.max((v - b).abs()));
