@@ -1,6 +1,6 @@
 //! `P = L Lᵀ` and the two triangular solves, in place, without allocation, along the block structure of P.
 
-use super::kernels::{combine, dot};
+use super::kernels::{axpy, combine, dot};
 use nalgebra::DMatrix;
 
 /// Columns treated together in the triangular solves.
@@ -17,7 +17,6 @@ pub struct Cholesky {
     lower: Vec<f64>,
     inverse_diagonal: Vec<f64>,
     ends: Vec<usize>,
-    multipliers: Vec<f64>,
 }
 
 /// The matrix is not positive definite: what was left of this diagonal entry.
@@ -32,44 +31,55 @@ pub struct Indefinite {
 impl Cholesky {
     /// Memory for matrices of size `n`.
     pub fn new(n: usize) -> Self {
-        Self { n, lower: vec![0.0; n * n], inverse_diagonal: vec![0.0; n], ends: vec![0; n], multipliers: vec![0.0; n] }
+        Self { n, lower: vec![0.0; n * n], inverse_diagonal: vec![0.0; n], ends: vec![0; n] }
     }
 
-    /// Factorises the matrix given by its lower triangle (left-looking, four columns at a time).
+    /// Factorises the matrix given by its lower triangle: left-looking, four columns at a time.
     pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> Result<(), Indefinite> {
         let n = self.n;
         assert_eq!(matrix.shape(), (n, n), "the matrix must have the size the factor was made for");
         let source = matrix.as_slice();
         let mut end = 0;
-        for j in 0..n {
-            let column = &source[j * n..(j + 1) * n];
-            end = end.max(j + 1);
-            while let Some(last) = column[end..].iter().rposition(|x| *x != 0.0) {
-                end += last + 1;
-            }
-            self.ends[j] = end;
-            let (done, rest) = self.lower.split_at_mut(j * n);
-            let target = &mut rest[..n];
-            target[j..end].copy_from_slice(&column[j..end]);
-            // Row j of L so far is the set of multipliers; columns whose blocks ended before j contribute nothing.
+        let mut j = 0;
+        while j < n {
+            let width = BLOCK.min(n - j);
+            // Columns whose blocks ended before j contribute nothing.
             let start = self.ends[..j].partition_point(|e| *e <= j);
-            for k in start..j {
-                self.multipliers[k] = -done[k * n + j];
+            for k in j..j + width {
+                end = end.max(k + 1);
+                while let Some(last) = source[k * n + end..(k + 1) * n].iter().rposition(|x| *x != 0.0) {
+                    end += last + 1;
+                }
             }
-            combine(&done[start * n..], n, j, &self.multipliers[start..j], &mut target[j..end]);
-            // Rows beyond an earlier column's end hold old numbers, not zeros: clear them once.
-            target[end..].fill(0.0);
-            let pivot = target[j];
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return Err(Indefinite { column: j, pivot });
+            let (done, panel) = self.lower.split_at_mut(j * n);
+            for (k, column) in panel.chunks_exact_mut(n).take(width).enumerate() {
+                column[j..j + k].fill(0.0);
+                column[j + k..end].copy_from_slice(&source[(j + k) * n + j + k..(j + k) * n + end]);
+                // Rows beyond an earlier block's end hold old numbers, not zeros.
+                column[end..].fill(0.0);
             }
-            let root = pivot.sqrt();
-            let inverse = 1.0 / root;
-            target[j] = root;
-            self.inverse_diagonal[j] = inverse;
-            for x in &mut target[j + 1..end] {
-                *x *= inverse;
+            subtract_product(&done[start * n..], n, j, end, j - start, &mut panel[..width * n]);
+            for k in j..j + width {
+                let (before, rest) = self.lower.split_at_mut(k * n);
+                let column = &mut rest[..n];
+                for i in j..k {
+                    let earlier = &before[i * n..(i + 1) * n];
+                    axpy(-earlier[k], &earlier[k..end], &mut column[k..end]);
+                }
+                let pivot = column[k];
+                if !(pivot > 0.0 && pivot.is_finite()) {
+                    return Err(Indefinite { column: k, pivot });
+                }
+                let root = pivot.sqrt();
+                let inverse = 1.0 / root;
+                column[k] = root;
+                self.inverse_diagonal[k] = inverse;
+                self.ends[k] = end;
+                for x in &mut column[k + 1..end] {
+                    *x *= inverse;
+                }
             }
+            j += width;
         }
         Ok(())
     }
@@ -114,6 +124,43 @@ impl Cholesky {
                 head[k] = (head[k] - products[k - start] - inner) * self.inverse_diagonal[k];
             }
             stop = start;
+        }
+    }
+}
+
+/// Rows of a tile of the update below.
+const TILE: usize = 8;
+
+/// `panel[rows j..end] -= L[rows j..end, ..depth] L[rows j..j + width, ..depth]ᵀ`, in tiles that stay in registers.
+#[inline]
+fn subtract_product(lower: &[f64], n: usize, j: usize, end: usize, depth: usize, panel: &mut [f64]) {
+    let width = panel.len() / n;
+    let mut i = j;
+    if width == BLOCK {
+        while i + TILE <= end {
+            let mut tile = [[0.0; TILE]; BLOCK];
+            for column in lower.chunks_exact(n).take(depth) {
+                let x: &[f64; TILE] = column[i..i + TILE].try_into().expect("TILE elements");
+                let m: &[f64; BLOCK] = column[j..j + BLOCK].try_into().expect("BLOCK elements");
+                for c in 0..BLOCK {
+                    for l in 0..TILE {
+                        tile[c][l] = m[c].mul_add(x[l], tile[c][l]);
+                    }
+                }
+            }
+            for (c, sums) in tile.iter().enumerate() {
+                for (target, sum) in panel[c * n + i..c * n + i + TILE].iter_mut().zip(sums) {
+                    *target -= sum;
+                }
+            }
+            i += TILE;
+        }
+    }
+    if i < end {
+        for column in lower.chunks_exact(n).take(depth) {
+            for c in 0..width {
+                axpy(-column[j + c], &column[i..end], &mut panel[c * n + i..c * n + end]);
+            }
         }
     }
 }

@@ -108,9 +108,11 @@ fn thousands_of_random_programs_agree_and_are_optimal() {
         let outcome = solver.solve(&problem);
         let report = &outcome.report;
         assert_eq!(report.status, Status::Solved, "seed {seed}");
-        assert!(outcome.violation < 1e-11 * (1.0 + report.x.amax()), "seed {seed}: {:e}", outcome.violation);
+        // Weak directions run far out: rounding grows with x.
+        let accepted = 1e-11 * (1.0 + report.x.amax());
+        assert!(outcome.violation < accepted, "seed {seed}: {:e}", outcome.violation);
         let from_data = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
-        assert!(from_data.max() < 1e-9, "seed {seed}: {from_data:?}");
+        assert!(from_data.max() < accepted, "seed {seed}: {from_data:?}");
         assert!(
             (from_data.max() - report.residuals.max()).abs() < 1e-9,
             "seed {seed}: reported residuals are the residuals"
