@@ -6,6 +6,7 @@
 
 mod door;
 mod dynamics;
+mod qp;
 
 use clap::Parser;
 use door::Outcome;
@@ -25,11 +26,14 @@ struct Command {
 enum Subcommand {
     /// Rigid-body kinematics and dynamics of a robot given as URDF.
     Dynamics(dynamics::Arguments),
+    /// Dense quadratic programs: the solvers of the whole-body controller.
+    Qp(qp::Arguments),
 }
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
     match subcommand {
         Subcommand::Dynamics(arguments) => dynamics::run(arguments),
+        Subcommand::Qp(arguments) => qp::run(arguments),
     }
 }
 

@@ -295,8 +295,8 @@ impl ActiveSet {
         self.cholesky.solve_lower(&mut self.d);
         self.z.copy_from_slice(&self.d);
         let norm = self.basis.split(&mut self.z, &mut self.h);
-        // Negated comparison: a remainder that is not a number must not enter.
-        if !(norm > SUSPICIOUS_FRACTION * dot(&self.d, &self.d).sqrt()) {
+        // A remainder that is not a number must not enter.
+        if norm.is_nan() || norm <= SUSPICIOUS_FRACTION * dot(&self.d, &self.d).sqrt() {
             return false;
         }
         self.basis.push(&self.z, norm, &self.h);
@@ -473,7 +473,7 @@ impl ActiveSet {
         self.w.copy_from_slice(&self.z);
         self.cholesky.solve_upper(&mut self.w);
         let gained = row_times(problem, self.size, row, &self.w);
-        if !((gained - norm * norm).abs() <= 0.5 * norm * norm) {
+        if gained.is_nan() || (gained - norm * norm).abs() > 0.5 * norm * norm {
             return true;
         }
         let share = |row: usize, change: f64| if self.norms[row] > 0.0 { change.abs() / self.norms[row] } else { 0.0 };

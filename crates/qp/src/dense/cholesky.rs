@@ -94,9 +94,7 @@ impl Cholesky {
             for k in j..j + width {
                 let solved = x[k] * self.inverse_diagonal[k];
                 x[k] = solved;
-                for i in k + 1..j + width {
-                    x[i] -= self.lower[k * n + i] * solved;
-                }
+                axpy(-solved, &self.lower[k * n + k + 1..k * n + j + width], &mut x[k + 1..j + width]);
             }
             let mut alpha = [0.0; BLOCK];
             for (a, v) in alpha.iter_mut().zip(&x[j..j + width]) {

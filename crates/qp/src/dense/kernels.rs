@@ -102,8 +102,8 @@ pub fn project(matrix: &[f64], stride: usize, first: usize, b: &[f64], out: &mut
         out[j..j + 4].copy_from_slice(&dot4([at(j), at(j + 1), at(j + 2), at(j + 3)], b));
         j += 4;
     }
-    for k in full..columns {
-        out[k] = dot(at(k), b);
+    for (k, product) in out.iter_mut().enumerate().skip(full) {
+        *product = dot(at(k), b);
     }
 }
 

@@ -133,7 +133,8 @@ impl Problem {
         entries("A", e, self.A.as_slice(), f64::is_finite)?;
         entries("b", e, self.b.as_slice(), f64::is_finite)?;
         entries("C", m, self.C.as_slice(), f64::is_finite)?;
-        let (lower, upper): (fn(f64) -> bool, fn(f64) -> bool) = (|x| x < f64::INFINITY, |x| x > f64::NEG_INFINITY);
+        let lower = |x: f64| x < f64::INFINITY;
+        let upper = |x: f64| x > f64::NEG_INFINITY;
         entries("l", m, self.l.as_slice(), lower)?;
         entries("u", m, self.u.as_slice(), upper)?;
         entries("lb", n, self.lb.as_slice(), lower)?;

@@ -1,6 +1,8 @@
 //! Recorded control steps: dense programs in npz archives, one array per letter and contact phase (`P0`, `c0`, `A0`, ..),
 //! first index the tick; `idx0` holds the ticks' numbers and `x0` a reference solution.
 
+#![allow(dead_code)] // every binary uses its own part
+
 use nalgebra::{DMatrix, DVector};
 use qp::dense::{Problem, Size};
 use std::fs::File;
