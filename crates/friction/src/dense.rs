@@ -41,37 +41,73 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7])) + tail
 }
 
+/// `dst += x a + y b + z c + w d`, all of one length.
+#[inline]
+fn add_four(dst: &mut [f64], columns: [&[f64]; 4], factors: [f64; 4]) {
+    let n = dst.len();
+    let [a, b, c, d] = columns.map(|column| &column[..n]);
+    let [x, y, z, w] = factors;
+    for i in 0..n {
+        dst[i] = w.mul_add(d[i], z.mul_add(c[i], y.mul_add(b[i], x.mul_add(a[i], dst[i]))));
+    }
+}
+
 /// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
 /// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
+///
+/// Panels of four columns: the rest of the matrix is then touched once per panel, which is what it costs.
 pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f64 {
+    const PANEL: usize = 4;
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
-    for k in 0..n {
-        let (left, right) = a.split_at_mut((k + 1) * ld);
-        let column = &mut left[k * ld..k * ld + n];
-        let mut pivot = k;
-        for i in k + 1..n {
-            if column[i].abs() > column[pivot].abs() {
-                pivot = i;
+    for start in (0..n).step_by(PANEL) {
+        let end = (start + PANEL).min(n);
+        let (left, right) = a.split_at_mut(end * ld);
+        for k in start..end {
+            let (done, rest) = left.split_at_mut((k + 1) * ld);
+            let column = &mut done[k * ld..k * ld + n];
+            let mut pivot = k;
+            for i in k + 1..n {
+                if column[i].abs() > column[pivot].abs() {
+                    pivot = i;
+                }
+            }
+            pivots[k] = pivot;
+            let value = column[pivot];
+            smallest = smallest.min(value.abs());
+            largest = largest.max(value.abs());
+            if value == 0.0 || !value.is_finite() {
+                return 0.0;
+            }
+            column.swap(k, pivot);
+            let inverse = 1.0 / value;
+            for entry in &mut column[k + 1..] {
+                *entry *= inverse;
+            }
+            for other in rest.chunks_mut(ld).take(end - k - 1) {
+                other.swap(k, pivot);
+                let factor = -other[k];
+                add_one(&mut other[k + 1..n], &column[k + 1..], factor);
+            }
+            // Within the panel the lower factor's rows follow the swap, so that the update below may use whole columns.
+            for other in done[start * ld..k * ld].chunks_mut(ld) {
+                other.swap(k, pivot);
             }
         }
-        pivots[k] = pivot;
-        let value = column[pivot];
-        smallest = smallest.min(value.abs());
-        largest = largest.max(value.abs());
-        if value == 0.0 || !value.is_finite() {
-            return 0.0;
-        }
-        column.swap(k, pivot);
-        let inverse = 1.0 / value;
-        for entry in &mut column[k + 1..] {
-            *entry *= inverse;
-        }
-        // Rows of the columns to the left follow when the factors are used: only the active part is swapped here.
-        for other in right.chunks_mut(ld).take(n - k - 1) {
-            other.swap(k, pivot);
-            let factor = -other[k];
-            if factor != 0.0 {
-                add_one(&mut other[k + 1..n], &column[k + 1..], factor);
+        let panel = |k: usize| &left[(start + k) * ld..(start + k) * ld + n];
+        for other in right.chunks_mut(ld).take(n - end) {
+            for k in start..end {
+                other.swap(k, pivots[k]);
+            }
+            for k in start..end {
+                let factor = -other[k];
+                for i in k + 1..end {
+                    other[i] = factor.mul_add(left[k * ld + i], other[i]);
+                }
+            }
+            if end - start == PANEL {
+                let factors = [-other[start], -other[start + 1], -other[start + 2], -other[start + 3]];
+                let columns = [&panel(0)[end..], &panel(1)[end..], &panel(2)[end..], &panel(3)[end..]];
+                add_four(&mut other[end..n], columns, factors);
             }
         }
     }
@@ -80,12 +116,18 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f6
 
 /// Solves with the factors of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
 pub fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64], columns: usize) {
+    const PANEL: usize = 4;
     for x in rhs.chunks_mut(ld).take(columns) {
-        // The swaps come one at a time, as in the factorisation: the lower factor's rows were not permuted afterwards.
-        for k in 0..n {
-            x.swap(k, pivots[k]);
-            let factor = -x[k];
-            add_one(&mut x[k + 1..n], &a[k * ld + k + 1..k * ld + n], factor);
+        for start in (0..n).step_by(PANEL) {
+            let end = (start + PANEL).min(n);
+            // The factorisation swapped rows panel by panel; so must the right-hand side.
+            for k in start..end {
+                x.swap(k, pivots[k]);
+            }
+            for k in start..end {
+                let factor = -x[k];
+                add_one(&mut x[k + 1..n], &a[k * ld + k + 1..k * ld + n], factor);
+            }
         }
         for k in (0..n).rev() {
             let column = &a[k * ld..k * ld + n];
@@ -119,6 +161,34 @@ mod tests {
         for i in 0..n {
             assert!((rhs[i] - solution[i]).abs() < 1e-14, "{rhs:?}");
         }
-        assert_eq!(lu_factor(&mut vec![0.0; 4], 2, 2, &mut pivots), 0.0, "a singular matrix is said so");
+        assert_eq!(lu_factor(&mut [0.0; 4], 2, 2, &mut pivots), 0.0, "a singular matrix is said so");
+    }
+
+    #[test]
+    fn every_size_around_the_panel_width_is_solved() {
+        for n in 1..20 {
+            let ld = n + 3;
+            let mut seed = 7 + n as u64;
+            let mut random = || {
+                seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                (seed >> 33) as f64 / f64::from(1u32 << 30) - 1.0
+            };
+            let a: Vec<f64> = (0..ld * n).map(|_| random()).collect();
+            let x: Vec<f64> = (0..n).map(|_| random()).collect();
+            let mut rhs = vec![0.0; 2 * ld];
+            for j in 0..n {
+                for i in 0..n {
+                    rhs[i] += a[j * ld + i] * x[j];
+                    rhs[ld + i] -= a[j * ld + i] * x[j];
+                }
+            }
+            let mut factors = a.clone();
+            let mut pivots = vec![0; n];
+            assert!(lu_factor(&mut factors, ld, n, &mut pivots) > 0.0);
+            lu_solve(&factors, ld, n, &pivots, &mut rhs, 2);
+            for i in 0..n {
+                assert!((rhs[i] - x[i]).abs() < 1e-10 && (rhs[ld + i] + x[i]).abs() < 1e-10, "size {n}: {rhs:?} {x:?}");
+            }
+        }
     }
 }

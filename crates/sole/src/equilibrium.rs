@@ -13,7 +13,7 @@ use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
 use friction::dense::{add_one, add_three, dot, lu_factor, lu_solve};
 use friction::natural_map;
-use nalgebra::Vector2;
+use nalgebra::{RowVector3, Vector2};
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
 use std::sync::Arc;
 
@@ -123,6 +123,8 @@ pub(crate) struct Equilibrium {
     /// world positions of the points in contact, by slot
     world: Vec<Vec3>,
     sliding: Vec<usize>,
+    sliding_slots: Vec<usize>,
+    slip_rows: Vec<f64>,
     jss: Vec<f64>,
     pivots: Vec<usize>,
     /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
@@ -188,6 +190,8 @@ impl Equilibrium {
             a_first: vec![0.0; 3 * ld],
             world: vec![Vec3::zeros(); n],
             sliding: Vec::with_capacity(n),
+            sliding_slots: Vec::with_capacity(n),
+            slip_rows: vec![0.0; 2 * ld],
             jss: vec![0.0; 4 * n * n],
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * 7],
@@ -303,9 +307,11 @@ impl Equilibrium {
         }
         add_one(f, self.stiffness.y(3 * count), -1.0);
         self.sliding.clear();
+        self.sliding_slots.clear();
         for (slot, point) in self.stiffness.points().iter().enumerate() {
             if self.states[*point] == NodeState::Slip {
                 self.sliding.push(*point);
+                self.sliding_slots.push(slot);
                 let c = self.pose.rotation.tr_mul(&flat(&self.slips[*point]));
                 let j = 3 * slot;
                 let (x, y, z) = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
@@ -551,18 +557,33 @@ impl Equilibrium {
                     self.jxs[(2 * i + t) * 6 + 3 + l] += turn[l];
                 }
             }
+            // G' = M f' + N v': M (2 x 3, sole axes) times the point's block rows of K, then the columns of R' e_t of the others.
+            let m0 = law.gradient(0) * r;
+            let m1 = law.gradient(1) * r;
+            let (first_row, second_row) = self.slip_rows.split_at_mut(ld);
+            let (first_row, second_row) = (&mut first_row[..m], &mut second_row[..m]);
+            first_row.fill(0.0);
+            second_row.fill(0.0);
+            let j = 3 * slot;
+            // K is symmetric: rows of K are its columns.
+            let (x, y, z) = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
+            add_three(first_row, x, y, z, m0[0], m0[1], m0[2]);
+            add_three(second_row, x, y, z, m1[0], m1[1], m1[2]);
             for k in 0..s {
-                let other = self.stiffness.slot(self.sliding[k]).expect("sliding points touch");
-                let turned = r * self.stiffness.block(slot, other) * r.transpose();
+                let o = 3 * self.sliding_slots[k];
+                let (g0, g1) = (&first_row[o..o + 3], &second_row[o..o + 3]);
                 for t in 0..2 {
-                    let mut slip_rate = Vector2::zeros();
-                    if k == i {
-                        slip_rate[t] = 1.0;
-                    }
-                    let g = law.rate(&turned.column(t).into(), &slip_rate);
-                    self.jss[(2 * k + t) * rows_s + 2 * i] = g.x;
-                    self.jss[(2 * k + t) * rows_s + 2 * i + 1] = g.y;
+                    let at = (2 * k + t) * rows_s + 2 * i;
+                    self.jss[at] = g0[0] * r[(t, 0)] + g0[1] * r[(t, 1)] + g0[2] * r[(t, 2)];
+                    self.jss[at + 1] = g1[0] * r[(t, 0)] + g1[1] * r[(t, 1)] + g1[2] * r[(t, 2)];
                 }
+            }
+            for t in 0..2 {
+                let mut slip_rate = Vector2::zeros();
+                slip_rate[t] = 1.0;
+                let g = law.rate(&Vec3::zeros(), &slip_rate);
+                self.jss[(2 * i + t) * rows_s + 2 * i] += g.x;
+                self.jss[(2 * i + t) * rows_s + 2 * i + 1] += g.y;
             }
         }
         let mut right = residual;
@@ -890,6 +911,12 @@ impl SlidingLaw {
 
     fn turning(&self, rate: &Vector2<f64>) -> Vector2<f64> {
         if self.length > 0.0 { self.across(rate) / self.length } else { Vector2::zeros() }
+    }
+
+    /// Gradient of one component of the residual with the force (row vector).
+    pub(crate) fn gradient(&self, component: usize) -> RowVector3<f64> {
+        let rate = |axis: usize| self.rate(&Vec3::ith(axis, 1.0), &Vector2::zeros())[component];
+        RowVector3::new(rate(0), rate(1), rate(2))
     }
 
     /// Rate of the residual with the force's and the slip's.

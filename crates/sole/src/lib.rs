@@ -1,6 +1,7 @@
 //! The soft sole: finite elements, exact frictional contact, and the pose of the deformed sole from the load it carries.
 #![allow(non_snake_case)] // monogram notation
 
+mod cache;
 mod elasticity;
 mod equilibrium;
 mod error;
@@ -11,8 +12,10 @@ mod mesh;
 mod model;
 mod patches;
 mod pose_driven;
+mod quadratic;
 mod stiffness;
 
+pub use cache::CacheError;
 pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
 pub use error::SoleError;
 pub use estimate::{
@@ -20,5 +23,5 @@ pub use estimate::{
 };
 pub use ground::{Ground, Plane, Slope};
 pub use mesh::{ContactSet, Mesh};
-pub use model::{Level, MeshSource, SoleModel, SoleSettings};
+pub use model::{Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
 pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};

@@ -1,9 +1,10 @@
 //! What is known of a sole before it touches anything.
 
 use crate::elasticity::spd_inverse;
-use crate::{ContactSet, ElasticBody, Material, Mesh, SoleError};
+use crate::quadratic::QuadraticBody;
+use crate::{ContactSet, ElasticBody, Material, Mesh, SoleError, patches};
 use nalgebra::DMatrix;
-use spatial::Vec3;
+use spatial::{Mat6, Vec3, so3};
 
 /// Where the mesh comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,17 +20,46 @@ pub enum MeshSource {
     Mesh(Mesh),
 }
 
-/// How the deformable sole is represented.
+/// How the deformable sole is represented. Every level is a set of contact points with a compliance, so estimator and plant use
+/// them all in the same way; they differ in what the compliance knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Level {
+    /// Four corners on a support so stiff that nothing is seen to move ([`RIGID_STIFFNESS_N_PER_M`]).
+    Rigid,
+    /// Four points of independent springs that have the bonded sole's vertical, roll, pitch and mean shear stiffness: a spring
+    /// with six degrees of freedom, which can still lift a side and slide.
+    Lumped,
+    /// A grid of independent springs (Winkler's foundation): the bonded sole's vertical and mean shear stiffness spread by area.
+    Winkler {
+        /// Cells of the grid along x and y; one point more each way.
+        cells: [usize; 2],
+    },
     /// Linear tetrahedra condensed to the contact nodes: the paper's sole.
     #[default]
     Fem,
-    /// The same mesh condensed onto a coarse grid of contact patches, `cells` along x and y: (cells+1) points each way.
+    /// Quadratic tetrahedra on the same mesh: no locking, about eight times the degrees of freedom offline, the same contact points.
+    QuadraticFem,
+    /// The same mesh condensed onto a coarse grid of contact patches: accuracy of a fine mesh at the price of a coarse one.
     Patches {
-        /// Cells of the coarse grid along x and y.
+        /// Cells of the coarse grid along x and y; one point more each way.
         cells: [usize; 2],
     },
+}
+
+/// Vertical stiffness of the level [`Level::Rigid`] (N/m): an aluminium plate; 0.4 um under 400 N.
+pub const RIGID_STIFFNESS_N_PER_M: f64 = 1e9;
+
+/// What a sole was condensed from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Statistics {
+    /// Nodes of the mesh (with midpoints for quadratic elements).
+    pub nodes: usize,
+    /// Elements.
+    pub tetrahedra: usize,
+    /// Unknowns of the elastic problem.
+    pub degrees_of_freedom: usize,
+    /// Worst shape quality, see [`Mesh::quality`]; 0 when there is no mesh.
+    pub worst_quality: f64,
 }
 
 /// What a sole is made of; parsed elsewhere.
@@ -72,6 +102,7 @@ pub struct SoleModel {
     friction: Vec<f64>,
     ankle: Vec3,
     mesh: Option<Mesh>,
+    statistics: Statistics,
 }
 
 impl SoleModel {
@@ -88,19 +119,66 @@ impl SoleModel {
             ContactSet::Bottom => mesh,
             ContactSet::All => mesh.with_contact(ContactSet::All)?,
         };
-        let body = ElasticBody::new(&mesh, &settings.material)?;
-        let weights = match settings.level {
-            Level::Fem => mesh.contact.iter().map(|node| vec![(*node, 1.0)]).collect(),
-            Level::Patches { cells } => crate::patches::weights(&mesh, cells)?,
+        let mu = settings.friction;
+        let ankle = settings.ankle_in_sole_m;
+        let mut statistics = Statistics {
+            nodes: mesh.nodes.len(),
+            tetrahedra: mesh.tetrahedra.len(),
+            degrees_of_freedom: 0,
+            worst_quality: (0..mesh.tetrahedra.len()).map(|t| mesh.quality(t)).fold(f64::INFINITY, f64::min),
         };
-        let points: Vec<Vec3> = weights
-            .iter()
-            .map(|patch: &Vec<(usize, f64)>| patch.iter().map(|(node, weight)| *weight * mesh.nodes[*node]).sum())
-            .collect();
-        let friction = vec![settings.friction; points.len()];
-        let mut model = Self::from_parts(points, body.compliance(&weights), friction, settings.ankle_in_sole_m)?;
+        let condensed = |body: &ElasticBody, nodes: &[Vec3], weights: &[Vec<(usize, f64)>]| {
+            let points = weights.iter().map(|patch| patch.iter().map(|(node, weight)| *weight * nodes[*node]).sum());
+            let points: Vec<Vec3> = points.collect();
+            let friction = vec![mu; points.len()];
+            Self::from_parts(points, body.compliance(weights), friction, ankle)
+        };
+        let mut model = match settings.level {
+            Level::Rigid => Self::springs(&patches::corners(&mesh), [RIGID_STIFFNESS_N_PER_M; 2], mu, ankle)?,
+            Level::QuadraticFem => {
+                let quadratic = QuadraticBody::new(&mesh, &settings.material)?;
+                statistics.nodes = quadratic.nodes.len();
+                statistics.degrees_of_freedom = quadratic.body.size();
+                condensed(&quadratic.body, &quadratic.nodes, &quadratic.weights(&mesh))?
+            }
+            level => {
+                let body = ElasticBody::new(&mesh, &settings.material)?;
+                statistics.degrees_of_freedom = body.size();
+                let nodal: Vec<_> = mesh.contact.iter().map(|node| vec![(*node, 1.0)]).collect();
+                match level {
+                    Level::Patches { cells } => condensed(&body, &mesh.nodes, &patches::weights(&mesh, cells)?.weights)?,
+                    Level::Winkler { cells } => {
+                        let bonded = condensed(&body, &mesh.nodes, &nodal)?.bonded_stiffness();
+                        let grid = patches::weights(&mesh, cells)?;
+                        Self::springs(&grid.points(&mesh), shear_and_vertical(&bonded), mu, ankle)?
+                    }
+                    Level::Lumped => {
+                        let bonded = condensed(&body, &mesh.nodes, &nodal)?.bonded_stiffness();
+                        Self::springs(&patches::equivalent_corners(&bonded), shear_and_vertical(&bonded), mu, ankle)?
+                    }
+                    _ => condensed(&body, &mesh.nodes, &nodal)?,
+                }
+            }
+        };
         model.mesh = Some(mesh);
-        Ok(model)
+        Ok(model.with_statistics(statistics))
+    }
+
+    /// Independent springs: points with their share of the total shear and vertical stiffness (N/m).
+    fn springs(
+        points: &[(Vec3, f64)],
+        [shear, vertical]: [f64; 2],
+        friction: f64,
+        ankle: Vec3,
+    ) -> Result<Self, SoleError> {
+        let mut compliance = DMatrix::zeros(3 * points.len(), 3 * points.len());
+        for (i, (_, share)) in points.iter().enumerate() {
+            for (axis, stiffness) in [shear, shear, vertical].into_iter().enumerate() {
+                compliance[(3 * i + axis, 3 * i + axis)] = 1.0 / (share * stiffness);
+            }
+        }
+        let friction = vec![friction; points.len()];
+        Self::from_parts(points.iter().map(|(p, _)| *p).collect(), compliance, friction, ankle)
     }
 
     /// From contact points (m), their compliance (3n x 3n, m/N, x, y, z per point, symmetric positive definite), friction
@@ -132,7 +210,8 @@ impl SoleModel {
             return Err(SoleError::NotPositiveDefinite { matrix: "compliance", size: compliance.nrows() });
         }
         let stiffness = spd_inverse(&compliance, "compliance")?;
-        Ok(Self { points, compliance, stiffness, friction, ankle: ankle_in_sole_m, mesh: None })
+        let statistics = Statistics::default();
+        Ok(Self { points, compliance, stiffness, friction, ankle: ankle_in_sole_m, mesh: None, statistics })
     }
 
     /// The other foot's sole: reflected in the sagittal plane, point for point, so that mirrored loads give mirrored poses.
@@ -155,6 +234,7 @@ impl SoleModel {
             friction: self.friction.clone(),
             ankle: flip(&self.ankle),
             mesh,
+            statistics: self.statistics,
         }
     }
 
@@ -208,4 +288,46 @@ impl SoleModel {
     pub fn mesh(&self) -> Option<&Mesh> {
         self.mesh.as_ref()
     }
+
+    /// What it was condensed from.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    pub(crate) fn with_statistics(mut self, statistics: Statistics) -> Self {
+        self.statistics = statistics;
+        self
+    }
+
+    /// Stiffness `B' C^-1 B` (force and moment about the sole's origin per translation and rotation) while all contact points are
+    /// glued to the ground: the sole as one spring.
+    #[must_use]
+    pub fn bonded_stiffness(&self) -> Mat6 {
+        let b = self.rigid_motions();
+        let k = b.tr_mul(&(&self.stiffness * &b));
+        Mat6::from_fn(|i, j| k[(i, j)])
+    }
+
+    /// Displacements (3n x 6) of the contact points by the six rigid motions.
+    fn rigid_motions(&self) -> DMatrix<f64> {
+        let mut b = DMatrix::zeros(3 * self.points.len(), 6);
+        for (i, p) in self.points.iter().enumerate() {
+            b.fixed_view_mut::<3, 3>(3 * i, 0).fill_with_identity();
+            b.fixed_view_mut::<3, 3>(3 * i, 3).copy_from(&-so3::skew(p));
+        }
+        b
+    }
+
+    /// Condition number of the compliance: how well forces follow from displacements (20-80 on usual soles).
+    #[must_use]
+    pub fn compliance_condition(&self) -> f64 {
+        let eigenvalues = self.compliance.clone().symmetric_eigenvalues();
+        eigenvalues.max() / eigenvalues.min()
+    }
+}
+
+/// Mean shear and vertical stiffness of a bonded sole (N/m).
+fn shear_and_vertical(bonded: &Mat6) -> [f64; 2] {
+    [0.5 * (bonded[(0, 0)] + bonded[(1, 1)]), bonded[(2, 2)]]
 }

@@ -1,11 +1,44 @@
 //! Contact patches: a fine mesh condensed onto a coarse grid (method 2.6, beyond the paper).
 
 use crate::{Mesh, SoleError};
+use spatial::{Mat6, Vec3};
+
+/// Patches as weighted nodes.
+pub(crate) struct Grid {
+    /// (node, weight) of each patch; the weights of a patch sum to one.
+    pub(crate) weights: Vec<Vec<(usize, f64)>>,
+    /// Share of the contact area.
+    shares: Vec<f64>,
+}
+
+impl Grid {
+    /// Where the patches act, and their share of the area.
+    pub(crate) fn points(&self, mesh: &Mesh) -> Vec<(Vec3, f64)> {
+        let place = |patch: &Vec<(usize, f64)>| patch.iter().map(|(node, weight)| *weight * mesh.nodes[*node]).sum();
+        self.weights.iter().map(place).zip(self.shares.iter().copied()).collect()
+    }
+}
+
+/// The four corners of the contact nodes' bounding rectangle, a quarter each.
+pub(crate) fn corners(mesh: &Mesh) -> Vec<(Vec3, f64)> {
+    let nodes = || mesh.contact.iter().map(|i| mesh.nodes[*i]);
+    let low = nodes().fold(Vec3::repeat(f64::INFINITY), |a, b| a.inf(&b));
+    let high = nodes().fold(Vec3::repeat(f64::NEG_INFINITY), |a, b| a.sup(&b));
+    let corner = |x: f64, y: f64| (Vec3::new(x, y, low.z), 0.25);
+    vec![corner(low.x, low.y), corner(high.x, low.y), corner(low.x, high.y), corner(high.x, high.y)]
+}
+
+/// Four points whose springs have the same vertical, roll and pitch stiffness as a bonded sole, a quarter each.
+pub(crate) fn equivalent_corners(bonded: &Mat6) -> Vec<(Vec3, f64)> {
+    let vertical = bonded[(2, 2)];
+    let (x, y) = ((bonded[(4, 4)] / vertical).sqrt(), (bonded[(3, 3)] / vertical).sqrt());
+    [(-x, -y), (x, -y), (-x, y), (x, y)].into_iter().map(|(x, y)| (Vec3::new(x, y, 0.0), 0.25)).collect()
+}
 
 /// For each point of a grid of `cells` over the bottom face the mesh nodes it stands for with weights
 /// `a_i N_j(x_i) / sum_i a_i N_j(x_i)`: nodal area times bilinear hat, normalised. A patch's position and displacement are the
 /// weighted means of its nodes', its force is spread with the same weights, so work is the same on both levels.
-pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Vec<Vec<(usize, f64)>>, SoleError> {
+pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Grid, SoleError> {
     let (low, high) = mesh.contact.iter().fold(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]), |(low, high), i| {
         let p = mesh.nodes[*i];
         ([low[0].min(p.x), low[1].min(p.y)], [high[0].max(p.x), high[1].max(p.y)])
@@ -33,6 +66,8 @@ pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Vec<Vec<(usize, 
     // Value of hat `index` of `count` cells at the coordinate `s` in [0, count].
     let hat = |s: f64, index: usize| (1.0 - (s - index as f64).abs()).max(0.0);
     let mut patches = Vec::with_capacity((cells[0] + 1) * (cells[1] + 1));
+    let mut shares = Vec::with_capacity(patches.capacity());
+    let whole: f64 = area.iter().sum();
     for j in 0..=cells[1] {
         for i in 0..=cells[0] {
             let mut patch = Vec::new();
@@ -52,8 +87,9 @@ pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Vec<Vec<(usize, 
             for (_, weight) in &mut patch {
                 *weight /= total;
             }
+            shares.push(total / whole);
             patches.push(patch);
         }
     }
-    Ok(patches)
+    Ok(Grid { weights: patches, shares })
 }
