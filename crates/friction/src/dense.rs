@@ -55,13 +55,13 @@ fn add_four(dst: &mut [f64], columns: [&[f64]; 4], factors: [f64; 4]) {
 /// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
 /// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
 ///
-/// Panels of four columns: the rest of the matrix is then touched once per panel, which is what it costs.
-pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f64 {
-    const PANEL: usize = 4;
+/// Panels of four columns: the rest of the matrix is then touched once per panel, which is what it costs. `right` further columns
+/// of `a` are right-hand sides: the lower factor is applied to them on the way, [`upper_solve`] finishes them.
+pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut [usize]) -> f64 {
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
     for start in (0..n).step_by(PANEL) {
         let end = (start + PANEL).min(n);
-        let (left, right) = a.split_at_mut(end * ld);
+        let (left, trailing) = a.split_at_mut(end * ld);
         for k in start..end {
             let (done, rest) = left.split_at_mut((k + 1) * ld);
             let column = &mut done[k * ld..k * ld + n];
@@ -94,7 +94,7 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f6
             }
         }
         let panel = |k: usize| &left[(start + k) * ld..(start + k) * ld + n];
-        for other in right.chunks_mut(ld).take(n - end) {
+        for other in trailing.chunks_mut(ld).take(n + right - end) {
             for k in start..end {
                 other.swap(k, pivots[k]);
             }
@@ -114,9 +114,37 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, pivots: &mut [usize]) -> f6
     if n == 0 { 1.0 } else { smallest / largest }
 }
 
+/// Columns of a panel.
+const PANEL: usize = 4;
+
+/// Solves with the upper factor of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
+pub fn upper_solve(a: &[f64], ld: usize, n: usize, rhs: &mut [f64], columns: usize) {
+    for x in rhs.chunks_mut(ld).take(columns) {
+        let mut end = n;
+        while end > 0 {
+            let start = if end >= PANEL { end - PANEL } else { 0 };
+            for k in (start..end).rev() {
+                x[k] /= a[k * ld + k];
+                for i in start..k {
+                    x[i] = (-x[k]).mul_add(a[k * ld + i], x[i]);
+                }
+            }
+            let (head, tail) = x.split_at_mut(start);
+            if end - start == PANEL {
+                let column = |k: usize| &a[(start + k) * ld..(start + k) * ld + start];
+                add_four(head, [column(0), column(1), column(2), column(3)], [-tail[0], -tail[1], -tail[2], -tail[3]]);
+            } else {
+                for k in start..end {
+                    add_one(head, &a[k * ld..k * ld + start], -tail[k - start]);
+                }
+            }
+            end = start;
+        }
+    }
+}
+
 /// Solves with the factors of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
 pub fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64], columns: usize) {
-    const PANEL: usize = 4;
     for x in rhs.chunks_mut(ld).take(columns) {
         for start in (0..n).step_by(PANEL) {
             let end = (start + PANEL).min(n);
@@ -129,13 +157,8 @@ pub fn lu_solve(a: &[f64], ld: usize, n: usize, pivots: &[usize], rhs: &mut [f64
                 add_one(&mut x[k + 1..n], &a[k * ld + k + 1..k * ld + n], factor);
             }
         }
-        for k in (0..n).rev() {
-            let column = &a[k * ld..k * ld + n];
-            x[k] /= column[k];
-            let factor = -x[k];
-            add_one(&mut x[..k], &column[..k], factor);
-        }
     }
+    upper_solve(a, ld, n, rhs, columns);
 }
 
 #[cfg(test)]
@@ -156,12 +179,12 @@ mod tests {
             }
         }
         let mut pivots = [0; 4];
-        assert!(lu_factor(&mut a, ld, n, &mut pivots) > 0.0);
+        assert!(lu_factor(&mut a, ld, n, 0, &mut pivots) > 0.0);
         lu_solve(&a, ld, n, &pivots, &mut rhs, 1);
         for i in 0..n {
             assert!((rhs[i] - solution[i]).abs() < 1e-14, "{rhs:?}");
         }
-        assert_eq!(lu_factor(&mut [0.0; 4], 2, 2, &mut pivots), 0.0, "a singular matrix is said so");
+        assert_eq!(lu_factor(&mut [0.0; 4], 2, 2, 0, &mut pivots), 0.0, "a singular matrix is said so");
     }
 
     #[test]
@@ -184,7 +207,7 @@ mod tests {
             }
             let mut factors = a.clone();
             let mut pivots = vec![0; n];
-            assert!(lu_factor(&mut factors, ld, n, &mut pivots) > 0.0);
+            assert!(lu_factor(&mut factors, ld, n, 0, &mut pivots) > 0.0);
             lu_solve(&factors, ld, n, &pivots, &mut rhs, 2);
             for i in 0..n {
                 assert!((rhs[i] - x[i]).abs() < 1e-10 && (rhs[ld + i] + x[i]).abs() < 1e-10, "size {n}: {rhs:?} {x:?}");

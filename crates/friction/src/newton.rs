@@ -92,7 +92,7 @@ pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Se
                 workspace.force[3 * b + axis] = 0.0;
             }
         }
-        if lu_factor(&mut workspace.matrix, ld, m, &mut workspace.pivots) == 0.0 {
+        if lu_factor(&mut workspace.matrix, ld, m, 0, &mut workspace.pivots) == 0.0 {
             otherwise = Status::Singular;
             break;
         }

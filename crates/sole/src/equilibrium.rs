@@ -11,7 +11,7 @@
 use crate::estimate::{EulerOrder, Foothold};
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
-use friction::dense::{add_one, add_three, dot, lu_factor, lu_solve};
+use friction::dense::{add_one, add_three, dot, lu_factor, lu_solve, upper_solve};
 use friction::natural_map;
 use nalgebra::{RowVector3, Vector2};
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
@@ -124,7 +124,10 @@ pub(crate) struct Equilibrium {
     world: Vec<Vec3>,
     sliding: Vec<usize>,
     sliding_slots: Vec<usize>,
-    slip_rows: Vec<f64>,
+    slip_column: Vec<f64>,
+    /// per sliding point: gradient of its condition with its force (sole axes), with its slip
+    gradients: Vec<[RowVector3<f64>; 2]>,
+    own_rates: Vec<[Vector2<f64>; 2]>,
     jss: Vec<f64>,
     pivots: Vec<usize>,
     /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
@@ -191,8 +194,10 @@ impl Equilibrium {
             world: vec![Vec3::zeros(); n],
             sliding: Vec::with_capacity(n),
             sliding_slots: Vec::with_capacity(n),
-            slip_rows: vec![0.0; 2 * ld],
-            jss: vec![0.0; 4 * n * n],
+            slip_column: vec![0.0; ld],
+            gradients: vec![[RowVector3::zeros(); 2]; n],
+            own_rates: vec![[Vector2::zeros(); 2]; n],
+            jss: vec![0.0; 2 * n * (2 * n + 7)],
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * 7],
             jxs: vec![0.0; 2 * n * 6],
@@ -557,43 +562,43 @@ impl Equilibrium {
                     self.jxs[(2 * i + t) * 6 + 3 + l] += turn[l];
                 }
             }
-            // G' = M f' + N v': M (2 x 3, sole axes) times the point's block rows of K, then the columns of R' e_t of the others.
-            let m0 = law.gradient(0) * r;
-            let m1 = law.gradient(1) * r;
-            let (first_row, second_row) = self.slip_rows.split_at_mut(ld);
-            let (first_row, second_row) = (&mut first_row[..m], &mut second_row[..m]);
-            first_row.fill(0.0);
-            second_row.fill(0.0);
-            let j = 3 * slot;
-            // K is symmetric: rows of K are its columns.
-            let (x, y, z) = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
-            add_three(first_row, x, y, z, m0[0], m0[1], m0[2]);
-            add_three(second_row, x, y, z, m1[0], m1[1], m1[2]);
-            for k in 0..s {
-                let o = 3 * self.sliding_slots[k];
-                let (g0, g1) = (&first_row[o..o + 3], &second_row[o..o + 3]);
-                for t in 0..2 {
-                    let at = (2 * k + t) * rows_s + 2 * i;
-                    self.jss[at] = g0[0] * r[(t, 0)] + g0[1] * r[(t, 1)] + g0[2] * r[(t, 2)];
-                    self.jss[at + 1] = g1[0] * r[(t, 0)] + g1[1] * r[(t, 1)] + g1[2] * r[(t, 2)];
-                }
-            }
+            // G' = M f' + N v', with M in the sole's axes.
+            self.gradients[i] = [law.gradient(0) * r, law.gradient(1) * r];
             for t in 0..2 {
                 let mut slip_rate = Vector2::zeros();
                 slip_rate[t] = 1.0;
-                let g = law.rate(&Vec3::zeros(), &slip_rate);
-                self.jss[(2 * i + t) * rows_s + 2 * i] += g.x;
-                self.jss[(2 * i + t) * rows_s + 2 * i + 1] += g.y;
+                self.own_rates[i][t] = law.rate(&Vec3::zeros(), &slip_rate);
+            }
+        }
+        // Column by column: f' = K_:k R' e_t, then M_i f'_i of every sliding point.
+        for k in 0..s {
+            let j = 3 * self.sliding_slots[k];
+            let (x, y, z) = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
+            for t in 0..2 {
+                let column = &mut self.slip_column[..m];
+                column.fill(0.0);
+                add_three(column, x, y, z, r[(t, 0)], r[(t, 1)], r[(t, 2)]);
+                let target = &mut self.jss[(2 * k + t) * rows_s..(2 * k + t) * rows_s + 2 * s];
+                for ((g, slot), [m0, m1]) in target.chunks_exact_mut(2).zip(&self.sliding_slots).zip(&self.gradients) {
+                    let f = &column[3 * slot..3 * slot + 3];
+                    g[0] = m0[0] * f[0] + m0[1] * f[1] + m0[2] * f[2];
+                    g[1] = m1[0] * f[0] + m1[1] * f[1] + m1[2] * f[2];
+                }
+                target[2 * k] += self.own_rates[k][t].x;
+                target[2 * k + 1] += self.own_rates[k][t].y;
             }
         }
         let mut right = residual;
         if s > 0 {
-            let ratio = lu_factor(&mut self.jss, rows_s, 2 * s, &mut self.pivots);
+            // The seven right-hand sides ride along behind the matrix.
+            self.jss[2 * s * rows_s..(2 * s + 7) * rows_s].copy_from_slice(&self.js[..7 * rows_s]);
+            let ratio = lu_factor(&mut self.jss, rows_s, 2 * s, 7, &mut self.pivots);
             if ratio < f64::EPSILON {
                 self.tangent = Mat6::zeros();
                 return f64::INFINITY;
             }
-            lu_solve(&self.jss, rows_s, 2 * s, &self.pivots, &mut self.js, 7);
+            self.js[..7 * rows_s].copy_from_slice(&self.jss[2 * s * rows_s..(2 * s + 7) * rows_s]);
+            upper_solve(&self.jss, rows_s, 2 * s, &mut self.js, 7);
             for i in 0..2 * s {
                 let back = Vec6::from_column_slice(&self.jxs[6 * i..6 * i + 6]);
                 for l in 0..6 {

@@ -378,7 +378,7 @@ impl PoseDrivenContact {
             }
         }
         let s = 2 * self.sliding.len();
-        if lu_factor(&mut self.jss, rows, s, &mut self.pivots) < f64::EPSILON { f64::INFINITY } else { error }
+        if lu_factor(&mut self.jss, rows, s, 0, &mut self.pivots) < f64::EPSILON { f64::INFINITY } else { error }
     }
 
     /// One Newton step of all slips; returns the error before it.
