@@ -3,7 +3,7 @@ use nalgebra::Vector3;
 /// Nearest point of the cone `|F_t| <= mu F_n`.
 #[must_use]
 pub fn project_on_cone(mu: f64, f: &Vector3<f64>) -> Vector3<f64> {
-    let tangential = f.x.hypot(f.y);
+    let tangential = (f.x * f.x + f.y * f.y).sqrt();
     if tangential <= mu * f.z {
         *f
     } else if mu * tangential <= -f.z {
@@ -18,7 +18,7 @@ pub fn project_on_cone(mu: f64, f: &Vector3<f64>) -> Vector3<f64> {
 /// `F - P_K(F - rho (delta + mu |delta_t| n))` (N): zero exactly when Signorini's and Coulomb's laws hold.
 #[must_use]
 pub fn natural_map(mu: f64, rho: f64, force: &Vector3<f64>, delta: &Vector3<f64>) -> Vector3<f64> {
-    let sliding = delta.x.hypot(delta.y);
+    let sliding = (delta.x * delta.x + delta.y * delta.y).sqrt();
     let shifted = force - rho * (delta + Vector3::new(0.0, 0.0, mu * sliding));
     force - project_on_cone(mu, &shifted)
 }

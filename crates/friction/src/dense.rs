@@ -41,21 +41,44 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7])) + tail
 }
 
-/// `dst += x a + y b + z c + w d`, all of one length.
+/// Columns of a panel of the elimination.
+const PANEL: usize = 8;
+
+/// `dst += sum_k factor_k column_k`, all of one length.
 #[inline]
-fn add_four(dst: &mut [f64], columns: [&[f64]; 4], factors: [f64; 4]) {
+fn add_panel(dst: &mut [f64], columns: [&[f64]; PANEL], factors: [f64; PANEL]) {
     let n = dst.len();
-    let [a, b, c, d] = columns.map(|column| &column[..n]);
-    let [x, y, z, w] = factors;
+    let columns = columns.map(|column| &column[..n]);
     for i in 0..n {
-        dst[i] = w.mul_add(d[i], z.mul_add(c[i], y.mul_add(b[i], x.mul_add(a[i], dst[i]))));
+        let mut x = dst[i];
+        for k in 0..PANEL {
+            x = factors[k].mul_add(columns[k][i], x);
+        }
+        dst[i] = x;
     }
+}
+
+/// Row of the largest absolute value.
+#[inline]
+fn largest_row(column: &[f64]) -> usize {
+    const LANES: usize = 8;
+    let mut best = [0.0_f64; LANES];
+    let chunks = column.chunks_exact(LANES);
+    let tail = chunks.remainder().iter().fold(0.0_f64, |m, x| if x.abs() > m { x.abs() } else { m });
+    for chunk in chunks {
+        for lane in 0..LANES {
+            let x = chunk[lane].abs();
+            best[lane] = if x > best[lane] { x } else { best[lane] };
+        }
+    }
+    let largest = best.iter().fold(tail, |m, x| if *x > m { *x } else { m });
+    column.iter().position(|x| x.abs() == largest).unwrap_or(0)
 }
 
 /// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
 /// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
 ///
-/// Panels of four columns: the rest of the matrix is then touched once per panel, which is what it costs. `right` further columns
+/// Panels of columns: the rest of the matrix is then touched once per panel, which is what it costs. `right` further columns
 /// of `a` are right-hand sides: the lower factor is applied to them on the way, [`upper_solve`] finishes them.
 pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut [usize]) -> f64 {
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
@@ -64,13 +87,9 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut 
         let (left, trailing) = a.split_at_mut(end * ld);
         for k in start..end {
             let (done, rest) = left.split_at_mut((k + 1) * ld);
-            let column = &mut done[k * ld..k * ld + n];
-            let mut pivot = k;
-            for i in k + 1..n {
-                if column[i].abs() > column[pivot].abs() {
-                    pivot = i;
-                }
-            }
+            let (before, column) = done.split_at_mut(k * ld);
+            let column = &mut column[..n];
+            let pivot = k + largest_row(&column[k..]);
             pivots[k] = pivot;
             let value = column[pivot];
             smallest = smallest.min(value.abs());
@@ -89,57 +108,72 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut 
                 add_one(&mut other[k + 1..n], &column[k + 1..], factor);
             }
             // Within the panel the lower factor's rows follow the swap, so that the update below may use whole columns.
-            for other in done[start * ld..k * ld].chunks_mut(ld) {
+            for other in before[start * ld..].chunks_mut(ld) {
                 other.swap(k, pivot);
             }
         }
-        let panel = |k: usize| &left[(start + k) * ld..(start + k) * ld + n];
+        if end - start < PANEL {
+            // The last, narrow panel: only right-hand sides are left.
+            for other in trailing.chunks_mut(ld).take(right) {
+                for k in start..end {
+                    other.swap(k, pivots[k]);
+                }
+                for k in start..end {
+                    let factor = -other[k];
+                    add_one(&mut other[k + 1..n], &left[k * ld + k + 1..k * ld + n], factor);
+                }
+            }
+            break;
+        }
+        let columns: [&[f64]; PANEL] = std::array::from_fn(|k| &left[(start + k) * ld..(start + k) * ld + n]);
+        let lower: [[f64; PANEL]; PANEL] = std::array::from_fn(|k| std::array::from_fn(|i| columns[k][start + i]));
+        let below = columns.map(|column| &column[end..]);
         for other in trailing.chunks_mut(ld).take(n + right - end) {
             for k in start..end {
                 other.swap(k, pivots[k]);
             }
-            for k in start..end {
-                let factor = -other[k];
-                for i in k + 1..end {
-                    other[i] = factor.mul_add(left[k * ld + i], other[i]);
+            let (head, tail) = other[start..n].split_at_mut(PANEL);
+            let mut x: [f64; PANEL] = std::array::from_fn(|k| head[k]);
+            for k in 0..PANEL {
+                for i in k + 1..PANEL {
+                    x[i] = (-x[k]).mul_add(lower[k][i], x[i]);
                 }
             }
-            if end - start == PANEL {
-                let factors = [-other[start], -other[start + 1], -other[start + 2], -other[start + 3]];
-                let columns = [&panel(0)[end..], &panel(1)[end..], &panel(2)[end..], &panel(3)[end..]];
-                add_four(&mut other[end..n], columns, factors);
-            }
+            head.copy_from_slice(&x);
+            add_panel(tail, below, x.map(|x| -x));
         }
     }
     if n == 0 { 1.0 } else { smallest / largest }
 }
 
-/// Columns of a panel.
-const PANEL: usize = 4;
-
 /// Solves with the upper factor of [`lu_factor`]; `rhs` has `columns` columns with leading dimension `ld`.
 pub fn upper_solve(a: &[f64], ld: usize, n: usize, rhs: &mut [f64], columns: usize) {
-    for x in rhs.chunks_mut(ld).take(columns) {
-        let mut end = n;
-        while end > 0 {
-            let start = if end >= PANEL { end - PANEL } else { 0 };
-            for k in (start..end).rev() {
-                x[k] /= a[k * ld + k];
-                for i in start..k {
-                    x[i] = (-x[k]).mul_add(a[k * ld + i], x[i]);
-                }
-            }
-            let (head, tail) = x.split_at_mut(start);
-            if end - start == PANEL {
-                let column = |k: usize| &a[(start + k) * ld..(start + k) * ld + start];
-                add_four(head, [column(0), column(1), column(2), column(3)], [-tail[0], -tail[1], -tail[2], -tail[3]]);
-            } else {
-                for k in start..end {
-                    add_one(head, &a[k * ld..k * ld + start], -tail[k - start]);
-                }
-            }
-            end = start;
+    let mut end = n;
+    while end > 0 {
+        let start = end.saturating_sub(PANEL);
+        let width = end - start;
+        let mut inverse = [0.0; PANEL];
+        for k in 0..width {
+            inverse[k] = 1.0 / a[(start + k) * ld + start + k];
         }
+        for x in rhs.chunks_mut(ld).take(columns) {
+            let (head, tail) = x.split_at_mut(start);
+            for k in (0..width).rev() {
+                tail[k] *= inverse[k];
+                for i in 0..k {
+                    tail[i] = (-tail[k]).mul_add(a[(start + k) * ld + start + i], tail[i]);
+                }
+            }
+            if width == PANEL {
+                let columns = std::array::from_fn(|k| &a[(start + k) * ld..(start + k) * ld + start]);
+                add_panel(head, columns, std::array::from_fn(|k| -tail[k]));
+            } else {
+                for k in 0..width {
+                    add_one(head, &a[(start + k) * ld..(start + k) * ld + start], -tail[k]);
+                }
+            }
+        }
+        end = start;
     }
 }
 

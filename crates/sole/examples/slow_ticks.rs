@@ -14,8 +14,14 @@ fn main() {
             let rep = e.step(&r);
             let us = t.elapsed().as_secs_f64() * 1e6;
             if round == 2 && (us > 250.0 || tick % 20 == 0) {
-                println!("{tick} F {:.1} {us:.0} us it {} land {} lift {} free {} stick {} slide {}", r.force.z, rep.iterations, rep.landings, rep.lift_offs, rep.free, rep.sticking, rep.sliding);
+                println!(
+                    "{tick} F {:.1} {us:.0} us it {} land {} lift {} free {} stick {} slide {}",
+                    r.force.z, rep.iterations, rep.landings, rep.lift_offs, rep.free, rep.sticking, rep.sliding
+                );
             }
         }
     }
 }
+
+#[test]
+fn lu_time() {}

@@ -83,6 +83,10 @@ const MOMENT_ARM_M: f64 = 0.1;
 /// Rounding floors are this many units of the last place of the sole's coordinates.
 const FLOOR_ULPS: f64 = 40.0;
 
+/// During the iterations a free point is looked at only if its undeformed position is nearer to the ground than this many times
+/// the largest displacement in contact. Not a bound, so [`Equilibrium::settle`] looks at all of them when the iterations are over.
+const SCREEN: f64 = 2.0;
+
 /// A saved state to return to when an attempt fails.
 #[derive(Debug, Clone)]
 struct Saved {
@@ -143,6 +147,8 @@ pub(crate) struct Equilibrium {
     floor_m: f64,
     rho: Vec<f64>,
     pub(crate) work: Work,
+    /// Free points far from the ground are not looked at; see [`SCREEN`].
+    pub(crate) screening: bool,
 }
 
 fn stack(a: &Vec3, b: &Vec3) -> Vec6 {
@@ -214,6 +220,7 @@ impl Equilibrium {
             floor_m,
             rho: rho.collect(),
             work: Work::default(),
+            screening: true,
             model,
         }
     }
@@ -341,6 +348,16 @@ impl Equilibrium {
         self.pose.translation.z + up[0] * (p.x + u(0)) + up[1] * (p.y + u(1)) + up[2] * (p.z + u(2))
     }
 
+    /// Largest displacement of a point in contact (m).
+    fn largest_displacement(&self) -> f64 {
+        let mut largest = 0.0_f64;
+        for (slot, point) in self.stiffness.points().iter().enumerate() {
+            let local = self.pose.rotation.tr_mul(&(self.world[slot] - self.pose.translation));
+            largest = largest.max((local - self.model.contact_points()[*point]).norm_squared());
+        }
+        largest.sqrt()
+    }
+
     /// World position of a free point.
     fn free_position(&self, point: usize) -> Vec3 {
         let c = self.model.compliance().as_slice();
@@ -378,8 +395,12 @@ impl Equilibrium {
                 _ => {}
             }
         }
+        let far = if self.screening { SCREEN * self.largest_displacement() } else { f64::INFINITY };
         for point in 0..self.states.len() {
-            if self.states[point] == NodeState::Free && self.gap(point) < -self.floor_m {
+            if self.states[point] == NodeState::Free
+                && self.pose.point(&self.model.contact_points()[point]).z < far
+                && self.gap(point) < -self.floor_m
+            {
                 self.lands.push(point);
             }
         }
@@ -739,7 +760,8 @@ impl Equilibrium {
     }
 
     /// Displacements of all points by the compliance; returns the largest contact-law violation in newtons:
-    /// `|F - P_cone(F - rho (delta + mu |delta_t| n))|` with `delta` from `C f`, not from `K`.
+    /// `|F - P_cone(F - rho (delta + mu |delta_t| n))|` with `delta` from `C f`, not from `K`. A free point under the ground counts
+    /// with the force that would be needed to keep it out.
     pub(crate) fn settle(&mut self, positions: &mut [Vec3], forces: &mut [Vec3]) -> f64 {
         let ld = self.stiffness.ld();
         let c = self.model.compliance().as_slice();

@@ -467,8 +467,12 @@ impl StanceEstimator {
         let load = target.force[0].norm();
         let mut violation = self.equilibrium.settle(&mut self.positions, &mut self.forces);
         if violation > load * REFRESH.max(self.settings.tolerance) {
+            // Drift of K_c, or a point that the screening missed: once more from the compliance, looking at every point.
             self.equilibrium.refresh();
-            if self.equilibrium.newton(target, limits) != End::Converged {
+            self.equilibrium.screening = false;
+            let end = self.equilibrium.newton(target, limits);
+            self.equilibrium.screening = true;
+            if end != End::Converged {
                 return Some(Status::NotConverged);
             }
             violation = self.equilibrium.settle(&mut self.positions, &mut self.forces);

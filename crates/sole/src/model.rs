@@ -146,7 +146,9 @@ impl SoleModel {
                 statistics.degrees_of_freedom = body.size();
                 let nodal: Vec<_> = mesh.contact.iter().map(|node| vec![(*node, 1.0)]).collect();
                 match level {
-                    Level::Patches { cells } => condensed(&body, &mesh.nodes, &patches::weights(&mesh, cells)?.weights)?,
+                    Level::Patches { cells } => {
+                        condensed(&body, &mesh.nodes, &patches::weights(&mesh, cells)?.weights)?
+                    }
                     Level::Winkler { cells } => {
                         let bonded = condensed(&body, &mesh.nodes, &nodal)?.bonded_stiffness();
                         let grid = patches::weights(&mesh, cells)?;
