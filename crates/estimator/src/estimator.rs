@@ -1,0 +1,67 @@
+//! Both feet at a tick, from pattern and tick alone.
+
+use pattern::WalkPattern;
+use sole::StanceEstimator;
+
+use crate::foot::{Foot, FootEstimate};
+
+/// The estimator for one pattern: [`Estimator::at_tick`] answers any tick, and is quick for the one after the last asked.
+#[derive(Debug)]
+pub struct Estimator {
+    pattern: WalkPattern,
+    period_s: f64,
+    last_tick: i64,
+    feet: [Foot; 2],
+    tick: Option<i64>,
+}
+
+impl Estimator {
+    /// Estimator of a walk on the given soles (left, right; `None` for rigid ones); a foot counts as loaded from
+    /// `touch_down_force_n` (N) on.
+    #[must_use]
+    pub fn new(
+        pattern: WalkPattern,
+        soles: [Option<StanceEstimator>; 2],
+        touch_down_force_n: f64,
+        period_s: f64,
+    ) -> Self {
+        let last_tick = (pattern.duration_s() / period_s).ceil() as i64;
+        let [left, right] = soles;
+        let feet =
+            [Foot::new(0, left, &pattern, touch_down_force_n), Foot::new(1, right, &pattern, touch_down_force_n)];
+        Self { pattern, period_s, last_tick, feet, tick: None }
+    }
+
+    /// The pattern it walks.
+    #[must_use]
+    pub fn pattern(&self) -> &WalkPattern {
+        &self.pattern
+    }
+
+    /// The soles under load, node by node: left, right.
+    #[must_use]
+    pub fn stances(&self) -> [Option<&StanceEstimator>; 2] {
+        [self.feet[0].stance(), self.feet[1].stance()]
+    }
+
+    /// Both feet at `walk_tick` (0 is time zero; ticks outside the walk hold its ends).
+    ///
+    /// Any tick but the one after the last asked is computed anew from the touch-down of the present stance: at most the
+    /// ticks of one stance and one swing.
+    pub fn at_tick(&mut self, walk_tick: i64) -> [FootEstimate; 2] {
+        let tick = walk_tick.clamp(0, self.last_tick);
+        if self.tick != Some(tick) {
+            for foot in &mut self.feet {
+                let first = if self.tick.is_some_and(|last| last + 1 == tick) {
+                    tick
+                } else {
+                    foot.forget();
+                    foot.first_tick_needed(&self.pattern, tick, self.period_s)
+                };
+                (first..=tick).for_each(|step| foot.advance(&self.pattern, step as f64 * self.period_s));
+            }
+            self.tick = Some(tick);
+        }
+        [self.feet[0].estimate(), self.feet[1].estimate()]
+    }
+}

@@ -1,0 +1,201 @@
+//! One foot through its life: planted under load, in the air, planted again.
+
+use pattern::{AnkleState, FootReference, SwingTrajectory, WalkPattern};
+use sole::{Status, StanceEstimator, StanceReference};
+use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
+
+/// How an estimate was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// By geometry alone: in the air, or on a rigid sole.
+    Geometric,
+    /// The sole's equilibrium was solved.
+    Solved,
+    /// It could not be solved, as the status says: an older pose is used.
+    Held(Status),
+}
+
+/// What the estimator knows of a foot at a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootEstimate {
+    /// The foot carries load.
+    pub loaded: bool,
+    /// How it was found.
+    pub outcome: Outcome,
+    /// Ticks since the pose was last solved for; 0 if fresh.
+    pub age_ticks: u32,
+    /// `X_WA`, twist and acceleration of the ankle, world axes.
+    pub ankle: AnkleState,
+    /// `X_WS`: the sole frame.
+    pub sole: Transform,
+    /// Twist of the sole frame's origin, world axes.
+    pub sole_twist: Twist,
+    /// Wrench of the ground on the sole about the sole origin, world axes.
+    pub wrench: Wrench,
+    /// Change of the sole's pose per change of that wrench, world axes; zero in the air and on a rigid sole.
+    pub compliance: Mat6,
+    /// Iterations spent.
+    pub iterations: u32,
+    /// Residual of equilibrium, relative to the load.
+    pub residual: f64,
+    /// Number of nodes that stick.
+    pub nodes_sticking: u32,
+    /// Number of nodes that slip.
+    pub nodes_slipping: u32,
+}
+
+impl FootEstimate {
+    fn geometric(loaded: bool, ankle: AnkleState, ankle_in_sole: &Vec3) -> Self {
+        let X_AS = Transform::from_translation(-ankle_in_sole);
+        let sole = ankle.pose * X_AS;
+        Self {
+            loaded,
+            outcome: Outcome::Geometric,
+            age_ticks: 0,
+            ankle,
+            sole,
+            sole_twist: ankle.twist.at(&(sole.translation - ankle.pose.translation)),
+            wrench: Wrench::zero(),
+            compliance: Mat6::zeros(),
+            iterations: 0,
+            residual: 0.0,
+            nodes_sticking: 0,
+            nodes_slipping: 0,
+        }
+    }
+}
+
+/// A foot and the sole under it; `None` is a rigid one.
+#[derive(Debug)]
+pub(crate) struct Foot {
+    index: usize,
+    sole: Option<StanceEstimator>,
+    ankle_in_sole: Vec3,
+    touch_down_force_n: f64,
+    swing: Option<SwingTrajectory>,
+    estimate: FootEstimate,
+}
+
+impl Foot {
+    pub(crate) fn new(
+        index: usize,
+        sole: Option<StanceEstimator>,
+        pattern: &WalkPattern,
+        touch_down_force_n: f64,
+    ) -> Self {
+        let [x, y] = pattern.ankle_in_sole_m[index];
+        let ankle_in_sole = Vec3::new(x, y, pattern.ankle_height_m);
+        let start = AnkleState::at_rest(pattern.ankle_pose(&pattern.evaluate(0.0).feet[index].ankle_foothold));
+        let estimate = FootEstimate::geometric(false, start, &ankle_in_sole);
+        Self { index, sole, ankle_in_sole, touch_down_force_n, swing: None, estimate }
+    }
+
+    pub(crate) fn estimate(&self) -> FootEstimate {
+        self.estimate
+    }
+
+    /// The contact node by node, if there is a deformable sole under load.
+    pub(crate) fn stance(&self) -> Option<&StanceEstimator> {
+        self.sole.as_ref().filter(|_| self.estimate.loaded)
+    }
+
+    fn reference(&self, pattern: &WalkPattern, t_s: f64) -> FootReference {
+        pattern.evaluate(t_s).feet[self.index]
+    }
+
+    /// The tick from which [`advance`](Self::advance) must be called to know the foot at `tick`: the touch-down of its
+    /// present stance, or of the one before if it is in the air.
+    pub(crate) fn first_tick_needed(&self, pattern: &WalkPattern, tick: i64, period_s: f64) -> i64 {
+        let loaded = |tick: i64| self.reference(pattern, tick as f64 * period_s).force.z > self.touch_down_force_n;
+        let last_loaded = (0..=tick).rev().find(|tick| loaded(*tick)).unwrap_or(0);
+        (1..=last_loaded).rev().find(|tick| !loaded(tick - 1)).unwrap_or(0)
+    }
+
+    /// Forgets the past: the next [`advance`](Self::advance) is a touch-down.
+    pub(crate) fn forget(&mut self) {
+        if let (Some(sole), true) = (&mut self.sole, self.estimate.loaded) {
+            sole.lift_off();
+        }
+        self.estimate.loaded = false;
+    }
+
+    /// One tick on.
+    pub(crate) fn advance(&mut self, pattern: &WalkPattern, t_s: f64) {
+        let reference = self.reference(pattern, t_s);
+        if reference.force.z > self.touch_down_force_n {
+            self.carry(pattern, &reference);
+        } else {
+            self.fly(pattern, &reference, t_s);
+        }
+    }
+
+    fn carry(&mut self, pattern: &WalkPattern, reference: &FootReference) {
+        let flat = AnkleState::at_rest(pattern.ankle_pose(&reference.ankle_foothold));
+        let Some(sole) = &mut self.sole else {
+            self.estimate = FootEstimate::geometric(true, flat, &self.ankle_in_sole);
+            self.estimate.wrench = wrench_about(reference, &self.estimate.sole.translation);
+            return;
+        };
+        if !self.estimate.loaded {
+            let at = reference.sole_foothold;
+            sole.touch_down(sole::Foothold { x_m: at.x_m, y_m: at.y_m, yaw_rad: at.yaw_rad });
+            self.estimate = FootEstimate::geometric(true, flat, &self.ankle_in_sole);
+        }
+        let report = sole.step(&StanceReference {
+            force: reference.force,
+            force_rate: reference.force_rate,
+            force_acceleration: reference.force_acceleration,
+            zmp: [reference.zmp.position, reference.zmp.velocity, reference.zmp.acceleration],
+        });
+        if !report.status.is_solved() {
+            let age_ticks = self.estimate.age_ticks.saturating_add(1);
+            let ankle = AnkleState::at_rest(self.estimate.ankle.pose);
+            let (outcome, residual) = (Outcome::Held(report.status), report.residual);
+            let sole_twist = Twist::zero();
+            self.estimate = FootEstimate { outcome, age_ticks, ankle, sole_twist, residual, ..self.estimate };
+            return;
+        }
+        self.estimate = FootEstimate {
+            loaded: true,
+            outcome: Outcome::Solved,
+            age_ticks: 0,
+            ankle: AnkleState {
+                pose: report.ankle_pose,
+                twist: report.ankle_twist,
+                acceleration: report.ankle_acceleration,
+            },
+            sole: report.sole_pose,
+            sole_twist: report.twist,
+            wrench: report.wrench,
+            compliance: report.compliance,
+            iterations: report.iterations as u32,
+            residual: report.residual,
+            nodes_sticking: report.sticking as u32,
+            nodes_slipping: report.sliding as u32,
+        };
+    }
+
+    fn fly(&mut self, pattern: &WalkPattern, reference: &FootReference, t_s: f64) {
+        if self.estimate.loaded {
+            if let Some(sole) = &mut self.sole {
+                sole.lift_off();
+            }
+            self.swing = None;
+        }
+        if let (Some(swing), None) = (reference.swing, &self.swing) {
+            let from = AnkleState::at_rest(self.estimate.ankle.pose);
+            let to = pattern.ankle_pose(&swing.to_foothold);
+            self.swing = Some(SwingTrajectory::new(&from, &to, swing.t_start_s, swing.t_end_s, swing.apex_m));
+        }
+        // Without a trajectory yet: the last instants of a stance, load below the threshold; the pose rests.
+        let at_rest = AnkleState::at_rest(self.estimate.ankle.pose);
+        let ankle = self.swing.as_ref().map_or(at_rest, |swing| swing.evaluate(t_s));
+        self.estimate = FootEstimate::geometric(false, ankle, &self.ankle_in_sole);
+    }
+}
+
+/// The planned action of the ground about a point: the force at the ZMP without vertical moment.
+fn wrench_about(reference: &FootReference, point: &Vec3) -> Wrench {
+    let zmp = Vec3::new(reference.zmp.position.x, reference.zmp.position.y, 0.0);
+    Wrench { force: reference.force, moment: (zmp - point).cross(&reference.force) }
+}

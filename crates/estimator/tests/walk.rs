@@ -1,0 +1,107 @@
+//! The estimator over the walk that ships.
+
+use estimator::{Estimator, FootEstimate, Outcome};
+use gait::GaitSettings;
+use pattern::WalkPattern;
+use sole::{EstimatorSettings, SoleModel, SoleSettings, StanceEstimator};
+use spatial::so3;
+
+const PERIOD_S: f64 = 0.005;
+const TOUCH_DOWN_FORCE_N: f64 = 0.05;
+
+fn walk() -> WalkPattern {
+    #[derive(serde::Deserialize)]
+    struct File {
+        gait: GaitSettings,
+    }
+    let text = include_str!("../../../config/planner.toml");
+    let file: File = toml::from_str(text).expect("the configuration that ships can be read");
+    gait::plan(&file.gait).expect("the walk that ships can be planned").pattern
+}
+
+fn soft() -> [Option<StanceEstimator>; 2] {
+    let left = SoleModel::build(&SoleSettings::default()).expect("the default sole can be built");
+    let right = left.mirrored();
+    [left, right].map(|model| Some(StanceEstimator::new(model, EstimatorSettings::default())))
+}
+
+fn estimator(soles: [Option<StanceEstimator>; 2]) -> Estimator {
+    Estimator::new(walk(), soles, TOUCH_DOWN_FORCE_N, PERIOD_S)
+}
+
+fn ticks(pattern: &WalkPattern) -> i64 {
+    (pattern.duration_s() / PERIOD_S).ceil() as i64
+}
+
+#[test]
+fn every_tick_of_the_walk_carries_its_force_at_its_zmp() {
+    let mut estimator = estimator(soft());
+    let (mut sink, mut roll, mut pitch) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for tick in 0..=ticks(estimator.pattern()) {
+        let feet = estimator.at_tick(tick);
+        let reference = estimator.pattern().evaluate(tick as f64 * PERIOD_S);
+        for (foot, planned) in feet.iter().zip(&reference.feet) {
+            assert!(!matches!(foot.outcome, Outcome::Held(_)), "tick {tick}: {:?}", foot.outcome);
+            if !foot.loaded {
+                continue;
+            }
+            let force = foot.wrench.force;
+            assert!((force - planned.force).norm() <= 1e-8 * planned.force.norm(), "tick {tick}");
+            let about_zmp = foot.wrench.about(
+                &(spatial::Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0) - foot.sole.translation),
+            );
+            assert!(about_zmp.moment.norm() <= 1e-8 * 0.1 * planned.force.norm(), "tick {tick}");
+            sink = sink.max(-foot.sole.translation.z);
+            let angles = so3::roll_pitch_yaw(&foot.sole.rotation);
+            (roll, pitch) = (roll.max(angles.x.abs()), pitch.max(angles.y.abs()));
+        }
+    }
+    // What is known of the original runs: sink 0.6-0.9 mm, roll up to 2.7 deg, pitch up to 0.6 deg; here the order of it.
+    assert!((0.4e-3..2e-3).contains(&sink), "sink {sink} m");
+    assert!(roll.to_degrees() < 5.0 && pitch.to_degrees() < 5.0, "roll {roll} rad, pitch {pitch} rad");
+    assert!(roll.to_degrees() > 0.3, "roll {roll} rad");
+}
+
+#[test]
+fn a_restart_in_mid_walk_agrees_to_the_bit() {
+    let mut whole = estimator(soft());
+    let all: Vec<[FootEstimate; 2]> = (0..=ticks(whole.pattern())).map(|tick| whole.at_tick(tick)).collect();
+    let mut restarted = estimator(soft());
+    // Jumps forward and back, each into another part of the walk.
+    for tick in [1500, 3, 900, 901, 902, 250, 2000] {
+        assert_eq!(restarted.at_tick(tick), all[tick as usize], "tick {tick}");
+    }
+}
+
+#[test]
+fn ankles_are_continuous_and_their_velocities_are_the_derivatives() {
+    let mut estimator = estimator(soft());
+    let last = ticks(estimator.pattern());
+    let mut before = estimator.at_tick(0);
+    let mut jumps = 0;
+    for tick in 1..=last {
+        let now = estimator.at_tick(tick);
+        for (a, b) in before.iter().zip(&now) {
+            let moved = b.ankle.pose.translation - a.ankle.pose.translation;
+            // Largest ankle speed of this walk is below 0.3 m/s: more would be a jump.
+            assert!(moved.norm() < 0.3 * PERIOD_S, "tick {tick} moved {} m", moved.norm());
+            let mean = 0.5 * (a.ankle.twist.linear + b.ankle.twist.linear);
+            jumps += usize::from((moved / PERIOD_S - mean).norm() > 0.02);
+        }
+        before = now;
+    }
+    // Nodes that change state make the velocity jump; the trapezoidal rule sees that at few ticks.
+    assert!(jumps * 20 < last as usize, "{jumps} of {last} ticks");
+}
+
+#[test]
+fn a_rigid_sole_leaves_the_ankles_at_their_footholds() {
+    let mut estimator = estimator([None, None]);
+    for tick in 0..=ticks(estimator.pattern()) {
+        let feet = estimator.at_tick(tick);
+        let reference = estimator.pattern().evaluate(tick as f64 * PERIOD_S);
+        for (foot, planned) in feet.iter().zip(&reference.feet).filter(|(foot, _)| foot.loaded) {
+            assert_eq!(foot.ankle.pose, estimator.pattern().ankle_pose(&planned.ankle_foothold));
+        }
+    }
+}
