@@ -1,1 +1,30 @@
-//! Tracks pattern and ankle poses with the whole body.
+//! Tracks pattern and ankle poses with the whole body (the paper's section 5, as a process).
+//!
+//! At every tick: the state of the robot *k*, the deformation of the soles *k* and the pattern at that time make one
+//! whole-body quadratic program ([`wholebody`]); its accelerations are integrated twice and become the joint references for
+//! tick *k + 1*, published as `robot/command` together with the plan behind them.
+//!
+//! **Open loop** (the paper's way): the program works on its own integrated state, which follows the plan exactly; the
+//! measured joints serve to decide when the walk may start and to report how far robot and model are apart. The robot's own
+//! stabiliser, which sees the plan in the command and the sensors, closes the loop.
+//!
+//! **Before the walk** the first deformation gives the start configuration: centre of mass and ankles where pattern and
+//! estimator have them at time zero, torso upright, nearest to half-sitting. The robot is placed in it; when it has settled
+//! ([`SettleDetector`]) the controller publishes `walk/start`, once.
+//!
+//! | what goes wrong | answer |
+//! |---|---|
+//! | the quadratic program contradicts itself | limits are widened by priority, counted ([`Summary`]) |
+//! | no usable solution | joints are brought to rest, the last torques kept; after 10 in a row the posture is held for good |
+//! | no deformation for this tick | the last one, up to 2 ticks old; then the posture is held |
+//! | the start configuration does not exist | safety stop with the joints that are at their limits |
+#![allow(non_snake_case)] // monogram notation, see the style guide
+
+mod convert;
+mod settings;
+mod settle;
+mod step;
+
+pub use settings::{ControllerError, ControllerSettings};
+pub use settle::{SettleDetector, SettleSettings};
+pub use step::{ControllerOutput, ControllerProcess, Summary};

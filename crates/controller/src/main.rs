@@ -1,3 +1,75 @@
-//! Tracks pattern and ankle poses with the whole body.
+//! The controller over the bus: robot state and deformation of a tick are answered by a command.
 
-fn main() {}
+use controller::{ControllerProcess, ControllerSettings};
+use messages::code::{Mode, Process, Reason, State};
+use messages::topic;
+use node::{End, Failure, Program, Shell};
+
+struct Control(ControllerProcess);
+
+impl Program for Control {
+    const PROCESS: Process = Process::Controller;
+    const ABOUT: &'static str = "Tracks pattern and ankle poses with the whole body.";
+    type Settings = ControllerSettings;
+
+    fn build(settings: ControllerSettings) -> Result<Self, Failure> {
+        ControllerProcess::new(&settings).map(Self).map_err(Failure::unusable)
+    }
+
+    fn robot_fingerprint(&self) -> Option<u64> {
+        Some(self.0.robot_fingerprint())
+    }
+
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let mut patterns = shell.pattern_subscriber()?;
+        let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
+        let mut deformations = shell.subscriber(topic::SOLE_DEFORMATION, 8)?;
+        let mut commands = shell.publisher(topic::ROBOT_COMMAND)?;
+        let mut starts = shell.publisher(topic::WALK_START)?;
+        let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
+        self.0
+            .take_pattern(&pattern.header, &pattern.phases)
+            .map_err(|error| Failure::safety(Reason::PatternRefused, error))?;
+        shell.figures().walk_duration_s = pattern.header.duration_s;
+        shell.ready()?;
+        while let Some(state) = shell.wait(&mut states)? {
+            let deformation = if shell.real_time() {
+                deformations.latest()?
+            } else {
+                let Some(deformation) = shell.wait_tick(&mut deformations, state.header.tick)? else { break };
+                Some(deformation)
+            };
+            shell.cycle_starts();
+            let output = self.0.step(&state, deformation.as_ref());
+            if let Some(output) = output.map_err(|error| Failure::safety(Reason::Infeasible, error))? {
+                commands.publish(&output.command)?;
+                if let Some(start) = &output.start {
+                    starts.publish(start)?;
+                }
+                let figures = shell.figures();
+                let holding = output.command.mode == Mode::Holding.code();
+                figures.state = if holding { State::Holding } else { State::Running }.code();
+                figures.reason = if holding { Reason::SolverFailed } else { Reason::None }.code();
+                figures.solver_status = output.command.status;
+                figures.solver_iterations = output.command.solver_iterations;
+                figures.solver_residual = output.command.solver_residual;
+                figures.walk_time_s = output.command.walk_time_s;
+                figures.late = output.summary.deformation_missing;
+                figures.values[..6].copy_from_slice(&[
+                    output.summary.relaxed as f64,
+                    output.summary.held as f64,
+                    output.summary.state_refused as f64,
+                    output.summary.joint_distance_rad,
+                    output.summary.com_error_m,
+                    output.summary.collision_distance_m,
+                ]);
+            }
+            shell.cycle_ends(state.header.tick)?;
+        }
+        Ok(End::Asked)
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    node::main::<Control>()
+}

@@ -1,7 +1,7 @@
 //! One foot through its life: planted under load, in the air, planted again.
 
 use pattern::{AnkleState, FootReference, SwingTrajectory, WalkPattern};
-use sole::{Status, StanceEstimator, StanceReference};
+use sole::{StanceEstimator, StanceReference, Status};
 use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
 
 /// How an estimate was found.

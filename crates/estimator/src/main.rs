@@ -1,3 +1,60 @@
-//! Turns the planned forces into ankle poses through the soles.
+//! The estimator over the bus: each robot state is answered by the deformation of the soles.
 
-fn main() {}
+use estimator::{EstimatorProcess, EstimatorSettings};
+use messages::code::{Process, Reason, State};
+use messages::topic;
+use node::{End, Failure, Program, Shell};
+
+struct Estimate(EstimatorProcess);
+
+impl Program for Estimate {
+    const PROCESS: Process = Process::Estimator;
+    const ABOUT: &'static str = "Turns the planned forces into ankle poses through the soles.";
+    type Settings = EstimatorSettings;
+
+    fn build(settings: EstimatorSettings) -> Result<Self, Failure> {
+        EstimatorProcess::new(&settings).map(Self).map_err(Failure::unusable)
+    }
+
+    fn robot_fingerprint(&self) -> Option<u64> {
+        Some(self.0.robot_fingerprint())
+    }
+
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let mut patterns = shell.pattern_subscriber()?;
+        let mut starts = shell.subscriber(topic::WALK_START, 1)?;
+        let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
+        let mut deformations = shell.publisher(topic::SOLE_DEFORMATION)?;
+        let mut contacts = shell.publisher(topic::SOLE_CONTACT)?;
+        let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
+        self.0
+            .take_pattern(&pattern.header, &pattern.phases)
+            .map_err(|error| Failure::safety(Reason::PatternRefused, error))?;
+        shell.figures().walk_duration_s = pattern.header.duration_s;
+        shell.ready()?;
+        while let Some(state) = shell.wait(&mut states)? {
+            shell.cycle_starts();
+            if let Some(start) = starts.latest()? {
+                self.0.take_start(&start);
+            }
+            if let Some(output) = self.0.step(&state) {
+                deformations.publish(&output.deformation)?;
+                contacts.publish(&output.contact)?;
+                let figures = shell.figures();
+                let held = output.summary.age_ticks > 0;
+                figures.state = if held { State::Holding } else { State::Running }.code();
+                figures.reason = if held { Reason::SolverFailed } else { Reason::None }.code();
+                figures.solver_status = output.summary.status;
+                figures.solver_iterations = output.summary.iterations;
+                figures.solver_residual = output.summary.residual;
+                figures.walk_time_s = output.deformation.walk_time_s;
+            }
+            shell.cycle_ends(state.header.tick)?;
+        }
+        Ok(End::Asked)
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    node::main::<Estimate>()
+}

@@ -46,6 +46,8 @@ pub enum Failure {
     SafetyStop {
         /// Why.
         reason: Reason,
+        /// What exactly.
+        source: Box<dyn Error + Send + Sync>,
     },
     /// Too many deadlines were missed.
     #[error("{misses} deadlines in a row were missed")]
@@ -66,6 +68,11 @@ impl Failure {
         Self::Running(source.into())
     }
 
+    /// Going on would not be safe.
+    pub fn safety(reason: Reason, source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+        Self::SafetyStop { reason, source: source.into() }
+    }
+
     /// The process's exit code; the crate's documentation lists them.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -80,7 +87,7 @@ impl Failure {
     /// What health says about it.
     pub fn reason(&self) -> Reason {
         match self {
-            Self::SafetyStop { reason } => *reason,
+            Self::SafetyStop { reason, .. } => *reason,
             Self::PeerDied { .. } => Reason::InputMissing,
             Self::Deadline { .. } => Reason::Deadline,
             _ => Reason::None,

@@ -10,11 +10,13 @@
 mod check;
 mod description;
 mod error;
+mod joint_map;
 mod load;
 mod sole;
 
 pub use description::{Capsule, EnergyCoefficients, Feet, FootDescription, LimitFactors, RobotDescription, ServoGains};
 pub use error::RobotError;
+pub use joint_map::JointMap;
 pub use load::{Robot, fingerprint};
 pub use sole::{
     ContactSet, FootMounting, Friction, MaterialDescription, MeshDescription, SoleDescription, SoleLevel,

@@ -1,0 +1,79 @@
+//! Messages to what the whole-body step takes, and back.
+
+use messages::{FootDeformation, Plan, PlanFoot, RobotState as StateMessage, SoleDeformation};
+use nalgebra::Vector2;
+use pattern::Reference;
+use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench};
+use wholebody::{FootTarget, WholeBodyReference};
+
+/// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright.
+pub(crate) fn reference(
+    pattern: &Reference,
+    deformation: &SoleDeformation,
+    torso_rotation: Mat3,
+) -> WholeBodyReference {
+    WholeBodyReference {
+        com_position: pattern.com_position(),
+        com_velocity: pattern.com_velocity(),
+        com_acceleration: pattern.com_acceleration(),
+        feet: [foot_target(&deformation.feet[0]), foot_target(&deformation.feet[1])],
+        torso_rotation,
+    }
+}
+
+/// The ankle pose in a message.
+pub(crate) fn ankle_pose(foot: &FootDeformation) -> Transform {
+    Transform::new(rotation(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m))
+}
+
+fn foot_target(foot: &FootDeformation) -> FootTarget {
+    FootTarget {
+        in_contact: foot.in_contact == 1,
+        load_share: foot.load_share,
+        ankle_pose: ankle_pose(foot),
+        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist)),
+        ankle_acceleration: Twist::from_vector(&Vec6::from(foot.ankle_acceleration)),
+        // The plan has no vertical moment at the ZMP.
+        wrench: Wrench { force: Vec3::from(foot.planned_force_n), moment: Vec3::zeros() },
+        zmp: Vector2::from(foot.planned_zmp_m),
+    }
+}
+
+/// The plan that a command's references belong to.
+pub(crate) fn plan(pattern: &Reference, base: &Transform, ankles: &[Transform; 2]) -> Plan {
+    let foot = |index: usize| {
+        let (planned, ankle) = (&pattern.feet[index], &ankles[index]);
+        let zmp = Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0);
+        let moment = (zmp - ankle.translation).cross(&planned.force);
+        PlanFoot {
+            in_contact: u32::from(planned.in_contact),
+            reserved: 0,
+            load_share: planned.share.value,
+            wrench: Wrench { force: planned.force, moment }.to_vector().into(),
+            ankle_position_m: ankle.translation.into(),
+            ankle_rotation: row_major(&ankle.rotation),
+        }
+    };
+    Plan {
+        base_position_m: base.translation.into(),
+        base_rotation: row_major(&base.rotation),
+        zmp_m: pattern.zmp.position.into(),
+        com_position_m: pattern.com_position().into(),
+        com_velocity_m_per_s: pattern.com_velocity().into(),
+        com_acceleration_m_per_s2: pattern.com_acceleration().into(),
+        feet: [foot(0), foot(1)],
+    }
+}
+
+/// Measured vertical force of each foot: the sensors' z axes are vertical but for the small tilt of the soles.
+pub(crate) fn vertical_forces(state: &StateMessage) -> [f64; 2] {
+    state.foot_wrench.map(|wrench| wrench[2])
+}
+
+fn rotation(row_major: &[f64; 9]) -> Mat3 {
+    Mat3::from_row_slice(row_major)
+}
+
+fn row_major(m: &Mat3) -> [f64; 9] {
+    m.transpose().as_slice().try_into().expect("3 x 3 numbers")
+}

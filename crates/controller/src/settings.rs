@@ -1,0 +1,306 @@
+//! The controller's configuration.
+
+use multibody::{Model, ModelOptions};
+use robot::{JointMap, Robot, RobotError};
+use serde::Deserialize;
+use spatial::Vec3;
+use std::path::PathBuf;
+use wholebody::{
+    Backend, CollisionSettings, ConstraintSettings, FootSettings, Gains, LinkCapsule, PostureJoint, SoleRectangle,
+    TaskSettings, WholeBodySettings,
+};
+
+use crate::settle::SettleSettings;
+
+/// `config/controller.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerSettings {
+    /// Folder of the robot.
+    pub robot: PathBuf,
+    /// Weights and stiffnesses of the tasks.
+    #[serde(default)]
+    pub tasks: Tasks,
+    /// Limits.
+    #[serde(default)]
+    pub constraints: Constraints,
+    /// Self-collision.
+    #[serde(default)]
+    pub collision: Collision,
+    /// Solver of the quadratic program.
+    #[serde(default)]
+    pub solver: Solver,
+    /// When the walk may start.
+    #[serde(default)]
+    pub settle: SettleSettings,
+}
+
+/// Weight and stiffness of a task.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TaskGains {
+    /// Weight in the cost.
+    pub weight: f64,
+    /// Stiffness (1/s^2); damping is critical.
+    pub stiffness_per_s2: f64,
+}
+
+impl From<Gains> for TaskGains {
+    fn from(gains: Gains) -> Self {
+        Self { weight: gains.weight, stiffness_per_s2: gains.stiffness }
+    }
+}
+
+impl From<TaskGains> for Gains {
+    fn from(gains: TaskGains) -> Self {
+        Self { weight: gains.weight, stiffness: gains.stiffness_per_s2 }
+    }
+}
+
+/// Section `[tasks]`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tasks {
+    /// Position of a swinging ankle.
+    pub swing_position: TaskGains,
+    /// Orientation of a swinging ankle.
+    pub swing_orientation: TaskGains,
+    /// Centre of mass.
+    pub com: TaskGains,
+    /// Factor on the weight of its vertical part.
+    pub com_height_factor: f64,
+    /// Absolute orientation of the torso.
+    pub torso: TaskGains,
+    /// Posture of the joints that are not in a leg.
+    pub posture: TaskGains,
+    /// Posture of the legs.
+    pub leg_posture: TaskGains,
+    /// Weight of the planned foot wrenches.
+    pub wrench_weight: f64,
+    /// Damping of the contact intensities.
+    pub intensity_damping: f64,
+}
+
+impl Default for Tasks {
+    fn default() -> Self {
+        let d = TaskSettings::default();
+        Self {
+            swing_position: d.swing_position.into(),
+            swing_orientation: d.swing_orientation.into(),
+            com: d.com.into(),
+            com_height_factor: d.com_height_factor,
+            torso: d.torso.into(),
+            posture: d.posture.into(),
+            leg_posture: d.leg_posture.into(),
+            wrench_weight: d.wrench_weight,
+            intensity_damping: d.intensity_damping,
+        }
+    }
+}
+
+/// Section `[constraints]`; joint limits come from the robot's folder.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Constraints {
+    /// Friction the forces may use.
+    pub friction: f64,
+    /// Edges of the linearised cone per contact point: 4, 8 or 16.
+    pub generators_per_point: usize,
+    /// Load a foot may carry beyond its planned share, as a share of the weight.
+    pub load_margin: f64,
+    /// Deceleration that joints can count on near a limit (rad/s^2).
+    pub braking_rad_per_s2: f64,
+}
+
+impl Default for Constraints {
+    fn default() -> Self {
+        let d = ConstraintSettings::default();
+        Self {
+            friction: d.friction,
+            generators_per_point: d.generators_per_point,
+            load_margin: d.load_margin,
+            braking_rad_per_s2: d.braking_rad_per_s2,
+        }
+    }
+}
+
+/// Section `[collision]`; capsules and pairs come from the robot's folder.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Collision {
+    /// Whether pairs are watched at all.
+    pub on: bool,
+    /// Distance from which the damper acts (m).
+    pub interaction_m: f64,
+    /// Distance that is kept (m).
+    pub safety_m: f64,
+    /// Speed of approach allowed at the interaction distance (m/s).
+    pub damping_m_per_s: f64,
+}
+
+impl Default for Collision {
+    fn default() -> Self {
+        let d = CollisionSettings::default();
+        Self { on: true, interaction_m: d.interaction_m, safety_m: d.safety_m, damping_m_per_s: d.damping_m_per_s }
+    }
+}
+
+/// Section `[solver]`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// Which.
+    pub backend: SolverBackend,
+    /// Tolerance of the interior-point method; the active-set method is exact.
+    pub interior_tolerance: f64,
+    /// Changes of the active set after which the fallback takes over.
+    pub iterations_max: usize,
+}
+
+/// Which solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverBackend {
+    /// Own warm-started dual active set.
+    ActiveSet,
+    /// Clarabel.
+    Interior,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { backend: SolverBackend::ActiveSet, interior_tolerance: 1e-9, iterations_max: 300 }
+    }
+}
+
+/// Why there is no controller.
+#[derive(Debug, thiserror::Error)]
+pub enum ControllerError {
+    /// The robot's folder.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// Its URDF.
+    #[error("{}: {source}", .file.display())]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: multibody::ModelError,
+    },
+    /// A joint of the URDF is not among the robot's joints.
+    #[error("{}: `joints` lacks a movable joint of the URDF; add it or make it fixed", .file.display())]
+    Joints {
+        /// The description.
+        file: PathBuf,
+    },
+    /// More joints than a message carries.
+    #[error("{}: {found} joints, a message carries at most {}", .file.display(), messages::MAX_JOINTS)]
+    TooManyJoints {
+        /// The description.
+        file: PathBuf,
+        /// Number of joints.
+        found: usize,
+    },
+    /// The mesh of the sole has no box to put forces on.
+    #[error("{}: mesh.box_m is needed: its rectangle carries the contact forces", .file.display())]
+    Rectangle {
+        /// The description of the sole.
+        file: PathBuf,
+    },
+    /// A setting does not fit the model.
+    #[error(transparent)]
+    WholeBody(#[from] wholebody::WholeBodyError),
+}
+
+/// The model a walking scene needs, and where its joints are in the robot's interface.
+pub(crate) fn walking_model(robot: &Robot) -> Result<(Model, JointMap), ControllerError> {
+    let description = &robot.description;
+    let options = ModelOptions { locked_joints: description.walking_locked_joints(), ..ModelOptions::default() };
+    let file = robot.folder.join(&description.urdf);
+    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| ControllerError::Model { file, source })?;
+    let file = robot.folder.join("robot.toml");
+    if description.joints.len() > messages::MAX_JOINTS {
+        return Err(ControllerError::TooManyJoints { file, found: description.joints.len() });
+    }
+    let map = JointMap::new(description, model.joints().iter().map(|joint| joint.name.as_str()))
+        .ok_or(ControllerError::Joints { file })?;
+    Ok((model, map))
+}
+
+impl ControllerSettings {
+    /// What the whole-body step is made with: the robot's figures and these.
+    pub(crate) fn whole_body(&self, robot: &Robot, model: &Model) -> Result<WholeBodySettings, ControllerError> {
+        let description = &robot.description;
+        let [length_m, width_m, _] = (robot.sole.mesh.box_m)
+            .ok_or_else(|| ControllerError::Rectangle { file: robot.folder.join("sole.toml") })?;
+        let foot = |index: usize| FootSettings {
+            ankle_link: description.feet[index].ankle_frame.clone(),
+            ankle_in_sole_m: Vec3::from(robot.sole.foot.ankle_in_sole_m(index)),
+        };
+        let posture = (model.joints().iter())
+            .map(|joint| PostureJoint {
+                joint: joint.name.clone(),
+                position_rad: description.half_sitting_rad(&joint.name),
+            })
+            .collect();
+        let limits = &description.limits;
+        let tasks = &self.tasks;
+        Ok(WholeBodySettings {
+            feet: [foot(0), foot(1)],
+            sole: SoleRectangle { length_m, width_m },
+            torso_link: description.torso_link.clone(),
+            posture,
+            tasks: TaskSettings {
+                swing_position: tasks.swing_position.into(),
+                swing_orientation: tasks.swing_orientation.into(),
+                com: tasks.com.into(),
+                com_height_factor: tasks.com_height_factor,
+                torso: tasks.torso.into(),
+                posture: tasks.posture.into(),
+                leg_posture: tasks.leg_posture.into(),
+                wrench_weight: tasks.wrench_weight,
+                intensity_damping: tasks.intensity_damping,
+                ..TaskSettings::default()
+            },
+            constraints: ConstraintSettings {
+                friction: self.constraints.friction,
+                generators_per_point: self.constraints.generators_per_point,
+                load_margin: self.constraints.load_margin,
+                braking_rad_per_s2: self.constraints.braking_rad_per_s2,
+                torque_fraction: limits.torque_factor,
+                velocity_fraction: limits.velocity_factor,
+                position_margin_rad: limits.position_margin_deg.to_radians(),
+                ..ConstraintSettings::default()
+            },
+            collision: self.collision(robot),
+            backend: match self.solver.backend {
+                SolverBackend::ActiveSet => Backend::ActiveSet,
+                SolverBackend::Interior => Backend::Interior { tolerance: self.solver.interior_tolerance },
+            },
+            iterations_max: self.solver.iterations_max,
+        })
+    }
+
+    fn collision(&self, robot: &Robot) -> CollisionSettings {
+        let c = &self.collision;
+        let (capsules, pairs): (Vec<_>, Vec<_>) = if c.on {
+            let capsule = |capsule: &robot::Capsule| LinkCapsule {
+                name: capsule.name.clone(),
+                link: capsule.link.clone(),
+                from_m: Vec3::from(capsule.from_m),
+                to_m: Vec3::from(capsule.to_m),
+                radius_m: capsule.radius_m,
+            };
+            (robot.description.capsules.iter().map(capsule).collect(), robot.description.collision_pairs.clone())
+        } else {
+            (Vec::new(), Vec::new())
+        };
+        CollisionSettings {
+            capsules,
+            pairs,
+            interaction_m: c.interaction_m,
+            safety_m: c.safety_m,
+            damping_m_per_s: c.damping_m_per_s,
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! The process: messages in, messages out.
+
+use messages::code::{Mode, Outcome};
+use messages::{
+    CONTROL_PERIOD_S, Header, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
+    RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
+};
+use multibody::{FrameIndex, Workspace, forward_kinematics, forward_kinematics_velocity};
+use nalgebra::DVector;
+use pattern::WalkPattern;
+use robot::{JointMap, Robot};
+use spatial::{Mat3, Vec3};
+use wholebody::{
+    ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
+};
+
+use crate::convert::{ankle_pose, plan, reference, vertical_forces};
+use crate::settings::{ControllerError, ControllerSettings, walking_model};
+use crate::settle::{SettleDetector, Stillness};
+
+/// A deformation older than this is not used (ticks).
+const DEFORMATION_AGE_MAX_TICKS: i64 = 2;
+/// Steps without a usable solution in a row after which the posture is held for good.
+const HELD_IN_A_ROW_MAX: u32 = 10;
+
+/// What one tick says.
+#[derive(Debug, Clone)]
+pub struct ControllerOutput {
+    /// For the robot.
+    pub command: RobotCommand,
+    /// Time zero, at the tick at which it is decided.
+    pub start: Option<WalkStart>,
+    /// For health.
+    pub summary: Summary,
+}
+
+/// Counts and figures for health.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Summary {
+    /// Steps whose limits had to be widened, so far.
+    pub relaxed: u64,
+    /// Steps without a usable solution, so far.
+    pub held: u64,
+    /// Ticks whose deformation was missing or older than allowed, so far.
+    pub deformation_missing: u64,
+    /// Ticks whose robot state had a number that is not finite, so far.
+    pub state_refused: u64,
+    /// Largest distance between a measured joint and its reference now (rad).
+    pub joint_distance_rad: f64,
+    /// Distance of the model's centre of mass from its reference now (m).
+    pub com_error_m: f64,
+    /// Smallest distance of a collision pair now (m).
+    pub collision_distance_m: f64,
+}
+
+/// The controller without clock or bus.
+pub struct ControllerProcess {
+    robot_fingerprint: u64,
+    joints: JointMap,
+    whole_body: WholeBody,
+    workspace: Workspace,
+    ankles: [FrameIndex; 2],
+    torso: FrameIndex,
+    half_sitting: DVector<f64>,
+    limit_margin_rad: f64,
+    pattern: Option<(u64, WalkPattern)>,
+    start: Option<WalkStart>,
+    settle: SettleDetector,
+    state: Option<RobotState>,
+    measured: RobotState,
+    deformation: Option<SoleDeformation>,
+    last_command: Option<RobotCommand>,
+    held_in_a_row: u32,
+    summary: Summary,
+}
+
+impl ControllerProcess {
+    /// Builds the model and allocates everything.
+    ///
+    /// # Errors
+    /// [`ControllerError`] names file, field and value.
+    pub fn new(settings: &ControllerSettings) -> Result<Self, ControllerError> {
+        let robot = Robot::load(&settings.robot)?;
+        let (model, joints) = walking_model(&robot)?;
+        let whole_body_settings = settings.whole_body(&robot, &model)?;
+        let frame = |name: &str| {
+            model.frame(name).map_err(|source| ControllerError::Model { file: robot.folder.join("robot.toml"), source })
+        };
+        let feet = &robot.description.feet;
+        let ankles = [frame(&feet[0].ankle_frame)?, frame(&feet[1].ankle_frame)?];
+        let torso = frame(&robot.description.torso_link)?;
+        let mut half_sitting = DVector::zeros(model.joint_count());
+        joints.from_interface(joints.resting_rad(), half_sitting.as_mut_slice());
+        let measured = RobotState { q: model.neutral(), v: DVector::zeros(model.nv()) };
+        Ok(Self {
+            robot_fingerprint: robot.fingerprint,
+            joints,
+            workspace: Workspace::new(&model),
+            ankles,
+            torso,
+            half_sitting,
+            limit_margin_rad: whole_body_settings.constraints.position_margin_rad,
+            whole_body: WholeBody::new(model, whole_body_settings)?,
+            pattern: None,
+            start: None,
+            settle: SettleDetector::new(settings.settle),
+            state: None,
+            measured,
+            deformation: None,
+            last_command: None,
+            held_in_a_row: 0,
+            summary: Summary::default(),
+        })
+    }
+
+    /// The robot it was built for: messages of another one must not be used.
+    #[must_use]
+    pub fn robot_fingerprint(&self) -> u64 {
+        self.robot_fingerprint
+    }
+
+    /// The whole-body step, with the report of the last tick.
+    #[must_use]
+    pub fn whole_body(&self) -> &WholeBody {
+        &self.whole_body
+    }
+
+    /// The whole-body step, to give it a clock.
+    pub fn whole_body_mut(&mut self) -> &mut WholeBody {
+        &mut self.whole_body
+    }
+
+    /// Duration of the pattern (s), once there is one.
+    #[must_use]
+    pub fn walk_duration_s(&self) -> Option<f64> {
+        self.pattern.as_ref().map(|(_, walk)| walk.duration_s())
+    }
+
+    /// Takes a pattern; one that comes when the walk has begun is not used.
+    ///
+    /// # Errors
+    /// [`PatternRefused`]; the present pattern stays.
+    pub fn take_pattern(&mut self, header: &PatternHeader, phases: &[PatternPhase]) -> Result<(), PatternRefused> {
+        if self.start.is_none() && self.pattern.as_ref().is_none_or(|(hash, _)| *hash != header.pattern_hash) {
+            self.pattern = Some((header.pattern_hash, read_pattern(header, phases)?));
+            self.state = None;
+        }
+        Ok(())
+    }
+
+    /// One tick; `None` before there are a pattern and a deformation.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] when the start configuration does not exist.
+    pub fn step(
+        &mut self,
+        measured: &StateMessage,
+        deformation: Option<&SoleDeformation>,
+    ) -> Result<Option<ControllerOutput>, ConfigurationError> {
+        let tick = measured.header.tick;
+        if let Some(deformation) = deformation.filter(|deformation| self.is_usable(deformation)) {
+            self.deformation = Some(*deformation);
+        }
+        let (Some((pattern_hash, walk)), Some(deformation)) = (&self.pattern, self.deformation) else {
+            return Ok(None);
+        };
+        let pattern_hash = *pattern_hash;
+        if self.state.is_none() {
+            self.state = Some(self.start_state(walk, &deformation)?);
+        }
+        let age_ticks = (tick - deformation.header.tick).max(0);
+        let fresh_enough = age_ticks <= DEFORMATION_AGE_MAX_TICKS;
+        self.summary.deformation_missing += u64::from(age_ticks > 0);
+        let state_usable = measured.all_finite();
+        self.summary.state_refused += u64::from(!state_usable);
+        let walk_time_s = |tick: i64| {
+            self.start.map_or(-CONTROL_PERIOD_S, |start| (tick - start.tick_zero) as f64 * CONTROL_PERIOD_S)
+        };
+        let (now_s, next_s) = (walk_time_s(tick), walk_time_s(tick + 1));
+        let mode = match self.start {
+            _ if self.held_in_a_row >= HELD_IN_A_ROW_MAX || !fresh_enough => Mode::Holding,
+            None => Mode::Standing,
+            Some(_) if now_s > walk.duration_s() => Mode::Finished,
+            Some(_) if now_s >= 0.0 => Mode::Walking,
+            Some(_) => Mode::Standing,
+        };
+        let next = walk.evaluate(next_s);
+        let state = self.state.as_mut().expect("set above");
+        let mut command = RobotCommand {
+            header: Header {
+                clock_monotonic_ns: measured.header.clock_monotonic_ns,
+                ..Header::new(tick, self.robot_fingerprint)
+            },
+            pattern_hash,
+            walk_time_s: next_s,
+            joint_count: self.joints.interface_count() as u32,
+            mode: mode.code(),
+            deformation_age_ticks: age_ticks.try_into().unwrap_or(u32::MAX),
+            ..self.last_command.unwrap_or_default()
+        };
+        command.joint_velocity_reference_rad_per_s.fill(0.0);
+        if mode == Mode::Holding {
+            state.v.fill(0.0);
+            command.status = Outcome::Held.code();
+        } else {
+            let torso = Mat3::identity();
+            let wanted = reference(&walk.evaluate(now_s), &deformation, torso);
+            let report = self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
+            let held = report.status == StepStatus::Held;
+            self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
+            self.summary.held += u64::from(held);
+            self.summary.relaxed += u64::from(report.status == StepStatus::Relaxed);
+            self.summary.com_error_m = report.body_error.fixed_rows::<3>(0).norm();
+            self.summary.collision_distance_m = report.distance_min_m;
+            state.q.clone_from(&report.q_next);
+            state.v.copy_from(&report.v_next);
+            write_report(&mut command, report);
+            let resting = self.joints.resting_rad();
+            command.joint_position_reference_rad[..resting.len()].copy_from_slice(resting);
+            let joints = state.q.joints.as_slice();
+            self.joints.to_interface(joints, &mut command.joint_position_reference_rad);
+            let base = state.v.len() - joints.len();
+            self.joints.to_interface(&state.v.as_slice()[base..], &mut command.joint_velocity_reference_rad_per_s);
+            self.joints.to_interface(report.torques.as_slice(), &mut command.feed_forward_torque_nm);
+        }
+        let model = self.whole_body.model();
+        forward_kinematics(model, &mut self.workspace, &state.q);
+        let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
+        command.plan = plan(&next, &state.q.base, &ankles);
+        self.last_command = Some(command);
+        if state_usable {
+            self.observe(measured);
+        }
+        let start = if self.start.is_none() && state_usable && tick >= 0 && mode == Mode::Standing {
+            self.decide_start(measured, &deformation, pattern_hash)
+        } else {
+            None
+        };
+        Ok(Some(ControllerOutput { command, start, summary: self.summary }))
+    }
+
+    fn is_usable(&self, deformation: &SoleDeformation) -> bool {
+        let ours = self.pattern.as_ref().is_some_and(|(hash, _)| *hash == deformation.pattern_hash);
+        ours && deformation.header.robot_fingerprint == self.robot_fingerprint && deformation.all_finite()
+    }
+
+    /// Where the walk begins: nearest to half-sitting with centre of mass, ankles and torso in place.
+    fn start_state(&self, walk: &WalkPattern, deformation: &SoleDeformation) -> Result<RobotState, ConfigurationError> {
+        let model = self.whole_body.model();
+        let targets = ConfigurationTargets {
+            com: walk.evaluate(0.0).com_position(),
+            ankles: self.ankles,
+            ankle_poses: [ankle_pose(&deformation.feet[0]), ankle_pose(&deformation.feet[1])],
+            torso: self.torso,
+            torso_rotation: Mat3::identity(),
+            posture: self.half_sitting.clone(),
+            limit_margin_rad: self.limit_margin_rad,
+        };
+        let q = initial_configuration(model, &targets)?;
+        Ok(RobotState { q, v: DVector::zeros(model.nv()) })
+    }
+
+    /// Takes the measured joints over and compares them with the model's.
+    fn observe(&mut self, measured: &StateMessage) {
+        let base = self.whole_body.model().base_dofs();
+        self.joints.from_interface(&measured.joint_position_rad, self.measured.q.joints.as_mut_slice());
+        self.joints.from_interface(&measured.joint_velocity_rad_per_s, &mut self.measured.v.as_mut_slice()[base..]);
+        if let Some(state) = &self.state {
+            self.summary.joint_distance_rad = (&self.measured.q.joints - &state.q.joints).amax();
+        }
+    }
+
+    /// The robot measures no base velocity: it is that of the legs over the ankles, which rest, plus the turning of the body.
+    fn decide_start(
+        &mut self,
+        measured: &StateMessage,
+        deformation: &SoleDeformation,
+        pattern_hash: u64,
+    ) -> Option<WalkStart> {
+        let model = self.whole_body.model();
+        let gyro = Vec3::from(measured.gyro_rad_per_s);
+        self.measured.v.fixed_rows_mut::<3>(3).copy_from(&gyro);
+        forward_kinematics_velocity(model, &mut self.workspace, &self.measured.q, &self.measured.v);
+        let ankle_speed = |frame| self.workspace.velocity(model, frame).linear.norm();
+        let stillness = Stillness {
+            base_speed_m_per_s: ankle_speed(self.ankles[0]).max(ankle_speed(self.ankles[1])),
+            base_rate_rad_per_s: gyro.norm(),
+            measured_n: vertical_forces(measured),
+            planned_n: [deformation.feet[0].planned_force_n[2], deformation.feet[1].planned_force_n[2]],
+        };
+        let tick = measured.header.tick;
+        let tick_zero = self.settle.observe(tick, CONTROL_PERIOD_S, &stillness)?;
+        let start = WalkStart { header: Header::new(tick, self.robot_fingerprint), pattern_hash, tick_zero };
+        self.start = Some(start);
+        Some(start)
+    }
+}
+
+fn write_report(command: &mut RobotCommand, report: &StepReport) {
+    command.status = match report.status {
+        StepStatus::Solved => Outcome::Solved,
+        StepStatus::Relaxed => Outcome::Infeasible,
+        StepStatus::Held => Outcome::Held,
+    }
+    .code();
+    command.fallback = match report.status {
+        StepStatus::Solved => 0,
+        StepStatus::Relaxed => 1,
+        StepStatus::Held => 2,
+    };
+    command.active_constraints = report.active.len() as u32;
+    command.solver_residual = report.residuals.feasibility;
+    command.solver_iterations = report.iterations;
+}
