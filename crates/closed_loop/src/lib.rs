@@ -1,1 +1,116 @@
-//! The steps of all processes composed in one thread.
+//! The steps of all processes composed in one thread: for tests, replay, experiments and sweeps.
+//!
+//! The same scenario files, the same settings, the same step functions and the same order of messages as the processes have
+//! over shared memory in lock-step, so the numbers are the same to the bit: what holds here holds there.
+//!
+//! ```text
+//! planner -> pattern
+//! state -1 -> deformation -1 -> command -1: the robot is placed
+//! state k  -> deformation k  -> command k;  the plant moves from t_k to t_(k+1) under command k - 1
+//! ```
+
+use anyhow::Context;
+use controller::{ControllerProcess, ControllerSettings};
+use estimator::{EstimatorOutput, EstimatorProcess, EstimatorSettings};
+use messages::code::Reason;
+use messages::{RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart};
+use planner::{PlannerOutput, PlannerSettings};
+use scenario::Scenario;
+use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
+
+/// Everything that was said at a tick.
+#[derive(Debug, Clone)]
+pub struct Tick {
+    /// What the robot measured.
+    pub state: RobotState,
+    /// What really was.
+    pub truth: Truth,
+    /// What the soles did.
+    pub deformation: SoleDeformation,
+    /// Node by node.
+    pub contact: SoleContact,
+    /// What the robot was told.
+    pub command: RobotCommand,
+    /// Time zero, at the tick of the decision.
+    pub start: Option<WalkStart>,
+}
+
+/// The processes of a scenario, without the recorder.
+pub struct ClosedLoop {
+    /// The walk.
+    pub planned: PlannerOutput,
+    estimator: EstimatorProcess,
+    controller: ControllerProcess,
+    simulator: SimulatorProcess,
+    now: SimulatorOutput,
+}
+
+impl ClosedLoop {
+    /// Builds all processes of a scenario and places the robot.
+    ///
+    /// # Errors
+    /// Whatever is wrong with configuration, robot, gait or start configuration.
+    pub fn new(scenario: &Scenario) -> anyhow::Result<Self> {
+        let planned = planner::plan(&scenario.config("planner")?.parse::<PlannerSettings>()?).context("planner")?;
+        let settings: EstimatorSettings = scenario.config("estimator")?.parse()?;
+        let mut estimator = EstimatorProcess::new(&settings).context("estimator")?;
+        let settings: ControllerSettings = scenario.config("controller")?.parse()?;
+        let mut controller = ControllerProcess::new(&settings).context("controller")?;
+        let settings: SimulatorSettings = scenario.config("simulator")?.parse()?;
+        let mut simulator = SimulatorProcess::new(settings).context("simulator")?;
+        estimator.take_pattern(&planned.header, &planned.phases)?;
+        controller.take_pattern(&planned.header, &planned.phases)?;
+        let unplaced = simulator.unplaced();
+        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced)?;
+        let now = simulator.place(&command);
+        Ok(Self { planned, estimator, controller, simulator, now })
+    }
+
+    /// One control period; `None` once the run is over.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step(&mut self) -> anyhow::Result<Option<Tick>> {
+        if self.now.over.is_some() {
+            return Ok(None);
+        }
+        let SimulatorOutput { state, truth, .. } = self.now;
+        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state)?;
+        self.now = self.simulator.advance();
+        self.simulator.take_command(&command);
+        if let Some(start) = &start {
+            self.estimator.take_start(start);
+            self.simulator.take_start(start);
+        }
+        Ok(Some(Tick { state, truth, deformation: estimate.deformation, contact: estimate.contact, command, start }))
+    }
+
+    /// Why the run is over, once it is.
+    #[must_use]
+    pub fn over(&self) -> Option<Reason> {
+        self.now.over
+    }
+
+    /// The controller, with the report of its last step.
+    #[must_use]
+    pub fn controller(&self) -> &ControllerProcess {
+        &self.controller
+    }
+
+    /// The simulator, with the plant.
+    #[must_use]
+    pub fn simulator(&self) -> &SimulatorProcess {
+        &self.simulator
+    }
+}
+
+fn answer(
+    estimator: &mut EstimatorProcess,
+    controller: &mut ControllerProcess,
+    state: &RobotState,
+) -> anyhow::Result<(EstimatorOutput, RobotCommand, Option<WalkStart>)> {
+    let estimate = estimator.step(state).context("the estimator has no pattern")?;
+    let output = controller.step(state, Some(&estimate.deformation)).context("start configuration")?;
+    let output = output.context("the controller has no pattern")?;
+    Ok((estimate, output.command, output.start))
+}

@@ -1,1 +1,34 @@
-//! Plans the walk and publishes the pattern.
+//! Plans the walk and publishes the pattern (the paper's section 3, as a process).
+//!
+//! The configuration says where the feet go, how long the phases last and what is minimised; [`gait`] solves the quadratic
+//! program. Planned once, before anything moves; the process stays to serve those who come later.
+mod settings;
+
+pub use settings::{PlannerError, PlannerSettings};
+
+use gait::Plan;
+use messages::{PatternHeader, PatternPhase, write_pattern};
+use robot::Robot;
+
+/// A planned walk with its message.
+#[derive(Debug, Clone)]
+pub struct PlannerOutput {
+    /// The plan and how it was found.
+    pub plan: Plan,
+    /// What the phases have in common.
+    pub header: PatternHeader,
+    /// The phases.
+    pub phases: Vec<PatternPhase>,
+}
+
+/// Plans the walk.
+///
+/// # Errors
+/// [`PlannerError`] names what is wrong: a setting, the step that cannot be made, the limit that is in the way.
+pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
+    let robot = Robot::load(&settings.robot)?;
+    settings.check(&robot)?;
+    let plan = gait::plan(&settings.gait)?;
+    let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
+    Ok(PlannerOutput { plan, header, phases })
+}

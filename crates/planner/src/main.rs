@@ -1,3 +1,39 @@
-//! Plans the walk and publishes the pattern.
+//! The planner over the bus: plans once, then serves the pattern to whoever comes.
 
-fn main() {}
+use messages::code::{Process, Reason, State};
+use node::{End, Failure, Program, Shell};
+use planner::{PlannerOutput, PlannerSettings};
+use std::time::Duration;
+
+struct Plan(PlannerOutput);
+
+impl Program for Plan {
+    const PROCESS: Process = Process::Planner;
+    const ABOUT: &'static str = "Plans the walk and publishes the pattern.";
+    type Settings = PlannerSettings;
+
+    fn build(settings: PlannerSettings) -> Result<Self, Failure> {
+        planner::plan(&settings).map(Self).map_err(Failure::unusable)
+    }
+
+    fn robot_fingerprint(&self) -> Option<u64> {
+        Some(self.0.header.header.robot_fingerprint)
+    }
+
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let mut patterns = shell.pattern_publisher(self.0.phases.len())?;
+        patterns.publish(&self.0.header, &self.0.phases)?;
+        shell.figures().walk_duration_s = self.0.header.duration_s;
+        shell.ready()?;
+        shell.announce(State::Running, Reason::None)?;
+        // Late joiners get the pattern from this process: it stays, and lets new subscribers in now and then.
+        while shell.idle(Duration::from_millis(20))? {
+            patterns.serve_late_joiners()?;
+        }
+        Ok(End::Asked)
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    node::main::<Plan>()
+}

@@ -1,3 +1,88 @@
-//! Plays the robot: HRP-4 on soft soles.
+//! The simulator over the bus: commands move the robot, its state wakes the others.
 
-fn main() {}
+use messages::code::{Process, Reason};
+use messages::topic;
+use node::{End, Failure, Program, Shell};
+use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
+
+struct Simulate(SimulatorProcess);
+
+/// Who must be ready before time begins when nobody else is named.
+const NEEDED: [Process; 3] = [Process::Planner, Process::Estimator, Process::Controller];
+
+impl Program for Simulate {
+    const PROCESS: Process = Process::Simulator;
+    const ABOUT: &'static str = "Plays the robot: HRP-4 on soft soles.";
+    type Settings = SimulatorSettings;
+
+    fn build(settings: SimulatorSettings) -> Result<Self, Failure> {
+        SimulatorProcess::new(settings).map(Self).map_err(Failure::unusable)
+    }
+
+    fn robot_fingerprint(&self) -> Option<u64> {
+        Some(self.0.robot_fingerprint())
+    }
+
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let mut commands = shell.subscriber(topic::ROBOT_COMMAND, 8)?;
+        let mut starts = shell.subscriber(topic::WALK_START, 1)?;
+        let mut states = shell.publisher(topic::ROBOT_STATE)?;
+        let mut truths = shell.publisher(topic::TRUTH_ROBOT)?;
+        shell.ready()?;
+        if !shell.wait_for_others(&NEEDED)? {
+            return Ok(End::Asked);
+        }
+        states.publish(&self.0.unplaced())?;
+        let Some(placing) = shell.wait_tick(&mut commands, -1)? else { return Ok(End::Asked) };
+        let mut output = self.0.place(&placing);
+        loop {
+            let tick = output.state.header.tick;
+            states.publish(&output.state)?;
+            truths.publish(&output.truth)?;
+            if let Some(reason) = output.over {
+                self.report(shell, &output);
+                return Ok(End::Over(reason));
+            }
+            if let Some(start) = starts.latest()? {
+                self.0.take_start(&start);
+            }
+            // The plant moves under the command before, while the others compute the answer to this state.
+            shell.cycle_starts();
+            output = self.0.advance();
+            shell.cycle_waits();
+            let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
+            self.0.take_command(&command);
+            if !shell.wait_for_recorder(tick)? {
+                return Ok(End::Asked);
+            }
+            self.report(shell, &output);
+            shell.cycle_ends(tick)?;
+        }
+    }
+}
+
+impl Simulate {
+    fn report(&self, shell: &mut Shell, output: &SimulatorOutput) {
+        let figures = self.0.figures();
+        let health = shell.figures();
+        health.walk_time_s = output.truth.walk_time_s;
+        health.distance_m = figures.distance_m;
+        health.fallen = output.truth.fallen;
+        health.late = figures.late;
+        health.solver_iterations = output.truth.contact_iterations;
+        health.reason = output.over.unwrap_or(Reason::None).code();
+        health.values[..7].copy_from_slice(&[
+            figures.com_error_m.rms(),
+            figures.com_error_m.max,
+            figures.zmp_error_m.rms(),
+            figures.zmp_error_m.max,
+            figures.base_tilt_rad.max,
+            figures.unconverged as f64,
+            f64::from(output.truth.fall_cause),
+        ]);
+    }
+}
+
+fn main() -> std::process::ExitCode {
+    node::main::<Simulate>()
+}

@@ -37,6 +37,12 @@ pub enum SolesError {
         /// What is wrong.
         source: sole::SoleError,
     },
+    /// One coefficient per patch is not used by the processes.
+    #[error("{}: friction must be one number", .file.display())]
+    FrictionList {
+        /// The description.
+        file: PathBuf,
+    },
     /// A mesh that is not built here.
     #[error("{}: mesh.box_m and mesh.cells are needed", .file.display())]
     Mesh {

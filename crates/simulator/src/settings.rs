@@ -1,0 +1,130 @@
+//! The simulator's configuration.
+
+use multibody::{Model, ModelOptions};
+use plant::settings::DriveSettings;
+use plant::{PlantFrames, PlantSettings, PlantSoleSettings};
+use robot::{JointMap, Robot};
+use serde::Deserialize;
+use std::path::PathBuf;
+
+/// `config/simulator.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimulatorSettings {
+    /// Folder of the robot.
+    pub robot: PathBuf,
+    /// When the run ends.
+    #[serde(default)]
+    pub run: RunSettings,
+    /// The plant's own soles.
+    #[serde(default)]
+    pub sole: PlantSoleSettings,
+    /// The plant. Drives that it does not name come from the robot's folder.
+    #[serde(default)]
+    pub plant: PlantSettings,
+}
+
+/// When the run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RunSettings {
+    /// How long the robot goes on standing after the walk (s).
+    pub after_walk_s: f64,
+    /// How long it may take until the walk begins (s); longer ends the run.
+    pub settle_time_max_s: f64,
+}
+
+impl Default for RunSettings {
+    fn default() -> Self {
+        Self { after_walk_s: 1.0, settle_time_max_s: 20.0 }
+    }
+}
+
+/// Why there is no simulated robot.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulatorError {
+    /// The robot's folder.
+    #[error(transparent)]
+    Robot(#[from] robot::RobotError),
+    /// Its URDF.
+    #[error("{}: {source}", .file.display())]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        source: multibody::ModelError,
+    },
+    /// Its soles as described.
+    #[error(transparent)]
+    Soles(#[from] soles::SolesError),
+    /// Its soles as the plant has them.
+    #[error("sole: {0}")]
+    PlantSole(#[from] sole::SoleError),
+    /// A setting of the plant's soles.
+    #[error(transparent)]
+    Settings(#[from] plant::SettingsError),
+    /// The plant.
+    #[error("plant: {0}")]
+    Plant(#[from] plant::PlantError),
+    /// A group or joint is missing.
+    #[error("{}: {expected}", .file.display())]
+    Description {
+        /// The description.
+        file: PathBuf,
+        /// What is expected there.
+        expected: &'static str,
+    },
+}
+
+/// The model a walking scene needs, and where its joints are in the robot's interface.
+pub(crate) fn walking_model(robot: &Robot) -> Result<(Model, JointMap), SimulatorError> {
+    let options = ModelOptions { locked_joints: robot.description.walking_locked_joints(), ..ModelOptions::default() };
+    let file = robot.folder.join(&robot.description.urdf);
+    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| SimulatorError::Model { file, source })?;
+    let map = JointMap::new(&robot.description, model.joints().iter().map(|joint| joint.name.as_str()));
+    let complete = map.filter(|map| map.interface_count() <= messages::MAX_JOINTS);
+    let map = complete.ok_or_else(|| SimulatorError::Description {
+        file: robot.folder.join("robot.toml"),
+        expected: "`joints` must name every movable joint of the URDF, at most 40",
+    })?;
+    Ok((model, map))
+}
+
+/// Names of what the plant must know.
+pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, SimulatorError> {
+    let description = &robot.description;
+    let leg = |group: &str| -> Result<[String; 6], SimulatorError> {
+        let joints = description.groups.get(group).and_then(|joints| <[String; 6]>::try_from(joints.clone()).ok());
+        joints.ok_or_else(|| SimulatorError::Description {
+            file: robot.folder.join("robot.toml"),
+            expected: "groups.left_leg and groups.right_leg must name hip yaw, roll, pitch, knee, ankle pitch, roll",
+        })
+    };
+    let feet = &description.feet;
+    Ok(PlantFrames {
+        imu: description.imu_frame.clone(),
+        ankles: [0, 1].map(|foot| feet[foot].ankle_frame.clone()),
+        force_sensors: [0, 1].map(|foot| feet[foot].force_sensor_frame.clone()),
+        legs: [leg("left_leg")?, leg("right_leg")?],
+    })
+}
+
+impl SimulatorSettings {
+    /// The plant's settings, with the robot's drives for the joints that are not named.
+    pub(crate) fn plant(&self, robot: &Robot, model: &Model) -> PlantSettings {
+        let mut settings = self.plant.clone();
+        for joint in model.joints() {
+            if let Some(servo) = robot.description.servo(&joint.name) {
+                settings.servo.joints.entry(joint.name.clone()).or_insert(DriveSettings {
+                    stiffness_nm_per_rad: servo.kp_nm_per_rad,
+                    damping_nm_s_per_rad: servo.kd_nm_s_per_rad,
+                    rotor_inertia_kg_m2: servo.rotor_inertia_kg_m2,
+                    viscous_friction_nm_s_per_rad: servo.viscous_friction_nm_s_per_rad,
+                    coulomb_friction_nm: servo.coulomb_friction_nm,
+                    ..DriveSettings::default()
+                });
+            }
+        }
+        settings
+    }
+}

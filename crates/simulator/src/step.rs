@@ -1,0 +1,205 @@
+//! The process: commands in, states out.
+
+use messages::code::{Mode, Reason};
+use messages::{CONTROL_PERIOD_S, Header, Plain, Plan, RobotCommand, RobotState, Truth, WalkStart};
+use nalgebra::DVector;
+use plant::{Plant, PlantCommand};
+use robot::{JointMap, Robot};
+
+use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
+use crate::figures::Figures;
+use crate::settings::{SimulatorError, SimulatorSettings, frames, walking_model};
+
+/// In how many ticks without a command the feed-forward torque fades: 20 ms.
+const FADE_TICKS: u32 = 4;
+
+/// What a tick brings.
+#[derive(Debug, Clone, Copy)]
+pub struct SimulatorOutput {
+    /// What the robot measures.
+    pub state: RobotState,
+    /// What really is.
+    pub truth: Truth,
+    /// Why the run is over, once it is.
+    pub over: Option<Reason>,
+}
+
+/// The simulator without clock or bus.
+pub struct SimulatorProcess {
+    settings: SimulatorSettings,
+    robot_fingerprint: u64,
+    joints: JointMap,
+    joint_count: usize,
+    gravity: f64,
+    plant: Plant,
+    command: PlantCommand,
+    /// Last command taken, and for how many ticks it has been the last.
+    taken: Option<RobotCommand>,
+    age_ticks: u32,
+    /// The plan that the robot should have reached now.
+    reached: Option<Plan>,
+    tick: i64,
+    start: Option<WalkStart>,
+    finished_tick: Option<i64>,
+    first_middle_m: Option<[f64; 2]>,
+    last_zmp_m: [f64; 2],
+    figures: Figures,
+}
+
+impl SimulatorProcess {
+    /// Builds robot and soles.
+    ///
+    /// # Errors
+    /// [`SimulatorError`] names file, field and value.
+    pub fn new(settings: SimulatorSettings) -> Result<Self, SimulatorError> {
+        settings.sole.check()?;
+        let robot = Robot::load(&settings.robot)?;
+        let (model, joints) = walking_model(&robot)?;
+        let soles = settings.sole.build(&soles::nominal(&robot)?)?;
+        let plant_settings = settings.plant(&robot, &model);
+        let joint_count = model.joint_count();
+        let gravity = model.gravity().norm();
+        let plant = Plant::new(plant_settings, model, soles, &frames(&robot)?)?;
+        Ok(Self {
+            settings,
+            robot_fingerprint: robot.fingerprint,
+            joints,
+            joint_count,
+            gravity,
+            plant,
+            command: PlantCommand {
+                joint_positions: DVector::zeros(joint_count),
+                joint_torques: DVector::zeros(joint_count),
+                plan: None,
+            },
+            taken: None,
+            age_ticks: 0,
+            reached: None,
+            tick: -1,
+            start: None,
+            finished_tick: None,
+            first_middle_m: None,
+            last_zmp_m: [0.0; 2],
+            figures: Figures::default(),
+        })
+    }
+
+    /// The robot it was built for: messages of another one must not be used.
+    #[must_use]
+    pub fn robot_fingerprint(&self) -> u64 {
+        self.robot_fingerprint
+    }
+
+    /// State -1: the robot before it stands.
+    #[must_use]
+    pub fn unplaced(&self) -> RobotState {
+        unplaced_state(self.robot_fingerprint, &self.joints, self.gravity)
+    }
+
+    /// Puts the robot where the answer to state -1 wants it; returns state 0.
+    pub fn place(&mut self, command: &RobotCommand) -> SimulatorOutput {
+        self.plant.place(&configuration(command, &self.joints, self.joint_count));
+        self.taken = Some(*command);
+        self.reached = Some(command.plan);
+        self.tick = 0;
+        self.output()
+    }
+
+    /// Takes time zero.
+    pub fn take_start(&mut self, start: &WalkStart) {
+        self.start = Some(*start);
+    }
+
+    /// Takes the answer to a state; one of the past is not used.
+    pub fn take_command(&mut self, command: &RobotCommand) {
+        let newer = self.taken.is_none_or(|taken| command.header.tick > taken.header.tick);
+        if newer && command.header.robot_fingerprint == self.robot_fingerprint && command.all_finite() {
+            self.taken = Some(*command);
+            self.age_ticks = 0;
+        }
+    }
+
+    /// One control period under the last command taken; returns the state at its end.
+    pub fn advance(&mut self) -> SimulatorOutput {
+        if let Some(taken) = &self.taken {
+            let late = taken.header.tick + 1 < self.tick;
+            self.figures.late += u64::from(late);
+            let share =
+                if late { 1.0 - f64::from(self.age_ticks.min(FADE_TICKS)) / f64::from(FADE_TICKS) } else { 1.0 };
+            plant_command(taken, &self.joints, share, &mut self.command);
+            self.reached = Some(taken.plan);
+            self.age_ticks = self.age_ticks.saturating_add(1);
+            if taken.mode == Mode::Finished.code() {
+                self.finished_tick.get_or_insert(self.tick);
+            }
+        }
+        if self.start.is_some_and(|start| start.tick_zero == self.tick) {
+            self.plant.start_clock();
+        }
+        self.plant.tick(&self.command);
+        self.tick += 1;
+        self.output()
+    }
+
+    /// Sums over the walk so far.
+    #[must_use]
+    pub fn figures(&self) -> &Figures {
+        &self.figures
+    }
+
+    /// What the plant is made of and where it is.
+    #[must_use]
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    fn walk_time_s(&self) -> f64 {
+        self.start.map_or(-CONTROL_PERIOD_S, |start| (self.tick - start.tick_zero) as f64 * CONTROL_PERIOD_S)
+    }
+
+    fn output(&mut self) -> SimulatorOutput {
+        let header = Header::new(self.tick, self.robot_fingerprint);
+        let walk_time_s = self.walk_time_s();
+        let state = state_message(header, &self.joints, self.plant.sensors());
+        let exact = self.plant.state();
+        let base = exact.v.len() - exact.q.joints.len();
+        let exact = (exact.q.joints.as_slice(), &exact.v.as_slice()[base..]);
+        let (real, sensors) = (self.plant.truth(), self.plant.sensors());
+        let mut truth = truth_message(header, walk_time_s, &self.joints, real, sensors, exact, self.last_zmp_m);
+        for axis in 0..3 {
+            truth.momentum[axis] = self.plant.model().total_mass_kg() * real.com_velocity[axis];
+        }
+        let unconverged = real.integration.unconverged_steps + real.integration.unconverged_contacts > 0;
+        self.figures.unconverged += u64::from(unconverged);
+        self.last_zmp_m = truth.zmp_m;
+        let fall = self.plant.fallen();
+        if let Some(fall) = fall {
+            truth.fallen = 1;
+            truth.fall_tick = (fall.t_s / CONTROL_PERIOD_S).round() as i64;
+            truth.fall_cause = fall_code(fall).code();
+        }
+        let over = self.over(fall.is_some());
+        if let (true, Some(plan)) = (walk_time_s >= 0.0 && self.finished_tick.is_none(), &self.reached) {
+            self.figures.observe(plan, &truth);
+        }
+        let [left, right] = truth.sole_position_m;
+        let middle = [0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1])];
+        let first = *self.first_middle_m.get_or_insert(middle);
+        self.figures.distance_m = (middle[0] - first[0]).hypot(middle[1] - first[1]);
+        SimulatorOutput { state, truth, over }
+    }
+
+    fn over(&self, fallen: bool) -> Option<Reason> {
+        let run = &self.settings.run;
+        let seconds = |ticks: i64| ticks as f64 * CONTROL_PERIOD_S;
+        if fallen {
+            Some(Reason::Fallen)
+        } else if self.finished_tick.is_some_and(|tick| seconds(self.tick - tick) >= run.after_walk_s) {
+            Some(Reason::Finished)
+        } else if self.start.is_none() && seconds(self.tick) >= run.settle_time_max_s {
+            Some(Reason::InputMissing)
+        } else {
+            None
+        }
+    }
+}
