@@ -6,6 +6,7 @@
 
 mod door;
 mod dynamics;
+mod pattern;
 mod qp;
 
 use clap::Parser;
@@ -28,12 +29,15 @@ enum Subcommand {
     Dynamics(dynamics::Arguments),
     /// Dense quadratic programs: the solvers of the whole-body controller.
     Qp(qp::Arguments),
+    /// Walking patterns from a gait configuration, as numbers and as a picture.
+    Pattern(pattern::Arguments),
 }
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
     match subcommand {
         Subcommand::Dynamics(arguments) => dynamics::run(arguments),
         Subcommand::Qp(arguments) => qp::run(arguments),
+        Subcommand::Pattern(arguments) => pattern::run(arguments),
     }
 }
 
