@@ -62,6 +62,22 @@ impl DomainName {
         format!("soleus_{}_{}_", user_id(), self.0)
     }
 
+    /// Every domain of this user of which there is anything on this host.
+    pub(crate) fn all_of_user() -> Vec<Self> {
+        let names_in = |folder: &FilePath| -> Vec<String> {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+        };
+        let user = format!("soleus_{}_", user_id());
+        let in_memory = names_in(FilePath::new("/dev/shm"));
+        let in_memory =
+            in_memory.iter().filter_map(|name| name.strip_prefix(&user)?.split('_').next().map(str::to_string));
+        let in_folder = names_in(&Self::user_folder());
+        let in_folder = in_folder.iter().map(|name| name.strip_suffix(".lock").unwrap_or(name).to_string());
+        let names: std::collections::BTreeSet<String> = in_memory.chain(in_folder).collect();
+        names.iter().filter_map(|name| name.parse().ok()).collect()
+    }
+
     /// Everything of this domain that is on this host now: files in its folder and in shared memory.
     pub fn leftovers(&self) -> Vec<PathBuf> {
         let prefix = self.prefix();

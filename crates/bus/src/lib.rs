@@ -24,7 +24,7 @@ mod subscriber;
 
 pub use domain::{Domain, DomainName};
 pub use error::{DomainNameError, JoinError, OwnerError, PortError, PublishError, ReceiveError, ServiceError};
-pub use owner::Owner;
+pub use owner::{Owner, remove_abandoned};
 pub use pattern::{Pattern, PatternPublisher, PatternSubscriber};
 pub use publisher::Publisher;
 pub use subscriber::{Counts, Robot, Subscriber};

@@ -31,6 +31,7 @@ impl Owner {
     /// [`OwnerError::InUse`] if it has an owner; others if files or shared memory cannot be made.
     pub fn claim(name: &DomainName) -> Result<Self, OwnerError> {
         set_log_level(LogLevel::Error);
+        remove_abandoned();
         let config = name.config().ok_or_else(|| OwnerError::PathTooLong { path: name.root() })?;
         let possession = Possession::take(name)?;
         possession.wipe()?;
@@ -108,6 +109,19 @@ impl Possession {
             remove(path)?;
         }
         remove(self.name.root())
+    }
+}
+
+/// Removes whatever is left of this user's domains that have no owner any more: killed with all their processes, or still being
+/// left by some. Called by each new owner, and by each process that ends and finds its owner gone.
+pub fn remove_abandoned() {
+    for name in DomainName::all_of_user() {
+        // Taking possession fails while the owner lives; wiping happens when it is given back.
+        if let Ok(lock) = File::open(name.lock_path()).or_else(|_| File::create(name.lock_path()))
+            && lock.try_lock().is_ok()
+        {
+            drop(Possession { name, lock });
+        }
     }
 }
 

@@ -200,13 +200,23 @@ fn a_killed_owner_is_noticed_and_the_next_one_wipes_what_it_left() {
     assert_eq!(owner, role.0.id().to_string());
     role.kill();
     assert!(!domain.owner_is_alive());
-    assert!(!name.leftovers().is_empty(), "a killed process cannot clean up");
     let heir = Owner::claim(&name).expect("the lock went with the dead");
     assert!(!domain.owner_is_alive(), "the heir is not the owner we knew");
     let ours = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
     ours.publisher(topic::WALK_START).expect("the new services work");
     drop((ours, domain, heir));
     assert_eq!(name.leftovers(), [] as [std::path::PathBuf; 0]);
+}
+
+#[test]
+fn what_a_killed_owner_left_is_removed_by_whoever_looks_next_and_living_domains_are_left_alone() {
+    let (dead, living) = (domain("dead"), domain("living"));
+    let _owner = Owner::claim(&living).expect("nobody else owns it");
+    Role::start("owner", &dead).kill();
+    bus::remove_abandoned();
+    assert_eq!(dead.leftovers(), [] as [std::path::PathBuf; 0]);
+    let domain = Domain::join(&living, Process::Planner, PATIENCE).expect("it still has its owner");
+    domain.publisher(topic::WALK_START).expect("it still works");
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut shell = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments)?;
     let end = program.run(&mut shell);
-    match end {
+    let result = match end {
         Ok(End::Asked) => shell.announce(State::Stopping, Reason::Asked),
         Ok(End::Over(reason)) => shell.linger(reason),
         Err(failure) => {
@@ -89,7 +89,14 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
             let _ = shell.announce(State::Stopping, failure.reason());
             Err(failure)
         }
+    };
+    let abandoned = !shell.domain().owner_is_alive();
+    drop((program, shell));
+    if abandoned {
+        // The owner was killed; the last of us to leave turns off the light.
+        bus::remove_abandoned();
     }
+    result
 }
 
 #[allow(clippy::print_stdout, reason = "the effective configuration is the result that `--check` was asked for")]

@@ -1,3 +1,134 @@
-//! Writes every topic to MCAP.
+//! Takes every topic from the bus and stores it.
+//!
+//! Health says the last tick that has been dealt with, so that in lock-step the simulator can wait and nothing is lost. Asked
+//! to stop, it stores what is still there, then finishes the file.
 
-fn main() {}
+use bus::{PatternSubscriber, PortError, ReceiveError, Robot, Subscriber};
+use messages::code::{Process, Reason, State};
+use messages::topic::{Element, Visitor, visit};
+use messages::{MAX_PHASES, Message, Topic};
+use node::{End, Failure, Program, Shell};
+use recorder::{Recorder, RecorderSettings};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// How many messages of a topic may wait: more than half a second's.
+const DEPTH: usize = 128;
+/// How long it sleeps when there was nothing to store: half a tick.
+const NAP: Duration = Duration::from_micros(2500);
+
+struct RecorderProcess(RecorderSettings);
+
+impl Program for RecorderProcess {
+    const PROCESS: Process = Process::Recorder;
+    const ABOUT: &'static str = "Writes every topic to an MCAP file.";
+    type Settings = RecorderSettings;
+
+    fn build(mut settings: RecorderSettings) -> Result<Self, Failure> {
+        settings.read_robot().map_err(Failure::unusable)?;
+        Ok(Self(settings))
+    }
+
+    fn robot_fingerprint(&self) -> Option<u64> {
+        None
+    }
+
+    fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let facts = [
+            ("version", node::VERSION.to_string()),
+            ("domain", shell.domain().name().to_string()),
+            ("pace", if shell.real_time() { "real time" } else { "lock-step" }.to_string()),
+            ("log_time", "control time: tick x 5 ms".to_string()),
+            ("units", "SI, radians; world frame z up; feet left, right".to_string()),
+        ];
+        let info = self.0.run_info(&facts).map_err(Failure::running)?;
+        let mut recorder = Recorder::create(&self.0, info).map_err(Failure::running)?;
+        let mut inputs = Inputs { shell, inputs: Vec::new() };
+        visit(&mut inputs)?;
+        let mut inputs = inputs.inputs;
+        shell.ready()?;
+        let mut flushed = Instant::now();
+        loop {
+            // Asked before looking: what was published before the wish to stop is stored.
+            let last_round = shell.asked_to_stop();
+            shell.cycle_starts();
+            let stored_before = recorder.stored() + recorder.dropped();
+            let mut lost = recorder.dropped();
+            for input in &mut inputs {
+                lost += input.drain(&mut recorder)?;
+            }
+            if flushed.elapsed().as_secs_f64() >= self.0.flush_period_s {
+                recorder.flush();
+                flushed = Instant::now();
+            }
+            if recorder.failure().is_some() {
+                shell.figures().state = State::Holding.code();
+                shell.figures().reason = Reason::Storage.code();
+            }
+            shell.figures().lost = lost;
+            shell.figures().stored_tick = recorder.last_tick();
+            if recorder.stored() + recorder.dropped() > stored_before {
+                shell.cycle_ends(recorder.last_tick())?;
+            } else if last_round {
+                break;
+            } else {
+                shell.idle(NAP)?;
+            }
+        }
+        let stored = recorder.stored();
+        let path = recorder.finish().map_err(Failure::running)?;
+        tracing::info!("{stored} messages in {}", path.display());
+        Ok(End::Asked)
+    }
+}
+
+/// One topic.
+trait Input {
+    /// Stores everything that waits; says how many messages were lost so far.
+    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError>;
+}
+
+struct Messages<T: Message>(Topic<T>, Subscriber<T>);
+
+impl<T: Message> Input for Messages<T> {
+    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError> {
+        while let Some(message) = self.1.try_next()? {
+            recorder.store(self.0, &message);
+        }
+        Ok(self.1.counts().lost)
+    }
+}
+
+impl Input for PatternSubscriber {
+    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError> {
+        while let Some(pattern) = self.latest()? {
+            recorder.store_pattern(&pattern.header, &pattern.phases);
+        }
+        Ok(0)
+    }
+}
+
+/// Subscribes to every topic.
+struct Inputs<'a> {
+    shell: &'a Shell,
+    inputs: Vec<Box<dyn Input>>,
+}
+
+impl Visitor for Inputs<'_> {
+    type Error = PortError;
+
+    fn message<T: Message>(&mut self, topic: Topic<T>) -> Result<(), PortError> {
+        let subscriber = self.shell.domain().subscriber(topic, Robot::Any, DEPTH)?;
+        self.inputs.push(Box::new(Messages(topic, subscriber)));
+        Ok(())
+    }
+
+    fn slice<H: Message, E: Element>(&mut self, _: Topic<H>) -> Result<(), PortError> {
+        self.inputs.push(Box::new(self.shell.domain().pattern_subscriber(Robot::Any, MAX_PHASES)?));
+        Ok(())
+    }
+}
+
+fn main() -> ExitCode {
+    node::main::<RecorderProcess>()
+}

@@ -1,0 +1,127 @@
+//! `config/recorder.toml`, where every key is documented, and what is read with it.
+
+use recording::{RunInfo, ViewerSettings};
+use robot::{Robot, RobotError};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    robot: PathBuf,
+    output_file: PathBuf,
+    attachment_folder: PathBuf,
+    flush_period_s: f64,
+    contact_every_ticks: i64,
+    scene_every_ticks: i64,
+}
+
+/// Settings of the recorder, checked.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(try_from = "File")]
+pub struct RecorderSettings {
+    /// The robot's folder.
+    pub robot_folder: PathBuf,
+    /// The recording.
+    pub output_file: PathBuf,
+    /// Folder whose files are attached.
+    pub attachment_folder: Option<PathBuf>,
+    /// How often everything so far is made readable.
+    pub flush_period_s: f64,
+    /// Every how many ticks node-by-node contact is recorded.
+    pub contact_every_ticks: i64,
+    /// What the viewers' messages need to know.
+    pub viewer: ViewerSettings,
+}
+
+/// A setting is out of its range.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum SettingsError {
+    /// The flush period.
+    #[error("flush_period_s = {found}: must be between 0.01 and 60")]
+    FlushPeriod {
+        /// In the file.
+        found: f64,
+    },
+    /// A stride.
+    #[error("{key} = {found}: must be at least 1")]
+    Stride {
+        /// Which key.
+        key: &'static str,
+        /// In the file.
+        found: i64,
+    },
+}
+
+impl TryFrom<File> for RecorderSettings {
+    type Error = SettingsError;
+
+    fn try_from(file: File) -> Result<Self, SettingsError> {
+        if !(0.01..=60.0).contains(&file.flush_period_s) {
+            return Err(SettingsError::FlushPeriod { found: file.flush_period_s });
+        }
+        for (key, found) in
+            [("contact_every_ticks", file.contact_every_ticks), ("scene_every_ticks", file.scene_every_ticks)]
+        {
+            if found < 1 {
+                return Err(SettingsError::Stride { key, found });
+            }
+        }
+        let attachment_folder = Some(file.attachment_folder).filter(|folder| !folder.as_os_str().is_empty());
+        Ok(Self {
+            robot_folder: file.robot,
+            output_file: file.output_file,
+            attachment_folder,
+            flush_period_s: file.flush_period_s,
+            contact_every_ticks: file.contact_every_ticks,
+            viewer: ViewerSettings { scene_every_ticks: file.scene_every_ticks, ..ViewerSettings::default() },
+        })
+    }
+}
+
+/// Files larger than this are not attached (meshes for the eye).
+const ATTACHMENT_MAX_BYTES: u64 = 8 << 20;
+
+impl RecorderSettings {
+    /// Reads the robot: names and sizes for the viewers.
+    ///
+    /// # Errors
+    /// If the robot's folder is not as it should be.
+    pub fn read_robot(&mut self) -> Result<(), RobotError> {
+        let robot = Robot::load(&self.robot_folder)?;
+        self.viewer.joint_names = robot.description.joints.clone();
+        self.viewer.base_link = robot.description.base_link.clone();
+        self.viewer.sole_size_m = robot.sole.mesh.box_m.unwrap_or_default();
+        Ok(())
+    }
+
+    /// Facts about this run and the files to attach: those of the attachment folder and of the robot's folder.
+    ///
+    /// # Errors
+    /// If a file cannot be read.
+    pub fn run_info(&self, facts: &[(&str, String)]) -> std::io::Result<RunInfo> {
+        let mut info = RunInfo::default();
+        info.facts.extend(facts.iter().map(|(key, value)| ((*key).to_string(), value.clone())));
+        if let Some(folder) = &self.attachment_folder {
+            attach(folder, "config", &mut info)?;
+        }
+        attach(&self.robot_folder, "robot", &mut info)?;
+        Ok(info)
+    }
+}
+
+fn attach(folder: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()> {
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        paths.push(entry?.path());
+    }
+    // The order in which a file system lists its files must not change the recording.
+    paths.sort();
+    for path in paths {
+        let metadata = path.metadata()?;
+        if let (true, Some(name)) = (metadata.is_file() && metadata.len() <= ATTACHMENT_MAX_BYTES, path.file_name()) {
+            info.files.push((format!("{prefix}/{}", name.to_string_lossy()), std::fs::read(&path)?));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! One process under supervision.
+
+use crate::Ending;
+use crate::folder::RunFolder;
+use bus::DomainName;
+use messages::code::Process;
+use std::fs::File;
+use std::io;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// A process that was started. Dropped, it is killed if it still lives.
+pub struct Supervised {
+    /// Which.
+    pub process: Process,
+    child: Child,
+    log: PathBuf,
+    ended: Option<ExitStatus>,
+}
+
+/// What is passed to every process.
+pub struct Start<'a> {
+    /// The domain.
+    pub domain: &'a DomainName,
+    /// By the clock.
+    pub real_time: bool,
+    /// Who takes part.
+    pub processes: &'a [Process],
+    /// How diagnostics are written.
+    pub log_format: node::LogFormat,
+}
+
+impl Supervised {
+    /// Starts the binary beside our own.
+    pub fn start(process: Process, folder: &RunFolder, start: &Start) -> Result<Self, Ending> {
+        let name = format!("soleus-{process}");
+        let ours = std::env::current_exe().map_err(|error| Ending::with_causes(3, error))?;
+        let binary = ours.with_file_name(&name);
+        let log = folder.log(process.word());
+        let log_file =
+            File::create(&log).map_err(|error| Ending::new(3, format!("cannot write {}: {error}", log.display())))?;
+        let mut command = Command::new(&binary);
+        command.arg("--config").arg(folder.config(process.word())).arg("--domain").arg(start.domain.to_string());
+        if start.real_time {
+            command.arg("--real-time");
+        }
+        if start.log_format == node::LogFormat::Json {
+            command.args(["--log-format", "json"]);
+        }
+        if process == Process::Simulator {
+            let others = start.processes.iter().filter(|other| **other != process);
+            command.arg("--wait-for").arg(others.map(|other| other.word()).collect::<Vec<_>>().join(","));
+        }
+        // A group of its own: Ctrl-C reaches the launcher alone, which stops the others in order.
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log_file).process_group(0);
+        // SAFETY: between fork and exec only `prctl` and `getppid` are called, both allowed there; nothing is allocated.
+        #[allow(unsafe_code, reason = "the only way to be told of the parent's death")]
+        unsafe {
+            command.pre_exec(node::die_with_parent);
+        }
+        let child = command.spawn().map_err(|error| {
+            let hint =
+                if error.kind() == io::ErrorKind::NotFound { " (build it: cargo build --release --bins)" } else { "" };
+            Ending::new(3, format!("cannot start {}: {error}{hint}", binary.display()))
+        })?;
+        Ok(Self { process, child, log, ended: None })
+    }
+
+    /// Process id.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// How it ended, if it has.
+    pub fn ended(&mut self) -> Option<ExitStatus> {
+        if self.ended.is_none() {
+            // Only one's own living child can be waited for, and this is one.
+            self.ended = self.child.try_wait().ok().flatten();
+        }
+        self.ended
+    }
+
+    /// Asks it to stop.
+    pub fn ask_to_stop(&mut self) {
+        if self.ended().is_none() {
+            // It may end in this very moment: then there is nobody to ask.
+            let _ = node::terminate(self.id());
+        }
+    }
+
+    /// Waits for its end, and kills it when patience is over or `hurry` says so.
+    pub fn wait_or_kill(&mut self, patience: Duration, hurry: &dyn Fn() -> bool) {
+        let start = Instant::now();
+        while self.ended().is_none() {
+            if start.elapsed() > patience || hurry() {
+                tracing::warn!("{} does not stop and is killed", self.process);
+                let _ = self.child.kill();
+                self.ended = self.child.wait().ok();
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// What an unexpected end means: the launcher's exit code and the words for it, with the last thing the process said.
+    pub fn explain(&self, status: ExitStatus) -> Ending {
+        let (code, how) = match (status.code(), status.signal()) {
+            (Some(code @ 1..=5), _) => (code as u8, format!("ended with code {code}")),
+            (Some(101), _) => (1, "broke down (a bug)".to_string()),
+            (Some(code), _) => (4, format!("ended with code {code}")),
+            (None, Some(signal)) => (4, format!("was killed by signal {signal}")),
+            (None, None) => (4, "ended".to_string()),
+        };
+        let said = std::fs::read_to_string(&self.log).unwrap_or_default();
+        let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty()).collect();
+        let last = lines.iter().rev().find(|line| line.contains("ERROR")).or(lines.last());
+        let last = last.map(|line| format!(":\n  {line}")).unwrap_or_default();
+        Ending::new(code, format!("the {} {how} (its log is {}){last}", self.process, self.log.display()))
+    }
+}
+
+impl Drop for Supervised {
+    fn drop(&mut self) {
+        if self.ended().is_none() {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}

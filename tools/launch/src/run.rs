@@ -1,0 +1,227 @@
+//! A launch from beginning to end.
+
+use crate::folder::RunFolder;
+use crate::process::{Start, Supervised};
+use crate::progress::Progress;
+use crate::summary::Summary;
+use crate::{Ending, Launch};
+use bus::{Domain, DomainName, Owner, ReceiveError, Robot, Subscriber};
+use messages::code::{Process, Reason, State};
+use messages::{Health, RobotCommand, SoleDeformation, Truth, topic};
+use node::Stop;
+use scenario::Scenario;
+use std::time::{Duration, Instant};
+
+/// How often processes and messages are looked at: well within what the subscribers' buffers hold.
+const ROUND: Duration = Duration::from_millis(20);
+/// How long a process may take to stop.
+const STOP_PATIENCE: Duration = Duration::from_secs(3);
+/// How long the recorder may take to store what is left and write its index.
+const RECORDER_PATIENCE: Duration = Duration::from_secs(20);
+/// How often those that are not ready are named.
+const IMPATIENCE: Duration = Duration::from_secs(10);
+/// Messages that may wait for us.
+const DEPTH: usize = 128;
+
+/// Starts a scenario, sees it through, and says what it was like.
+pub fn launch(arguments: &Launch) -> Result<(), Ending> {
+    let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
+    let path = arguments.scenario.as_ref().expect("clap requires it");
+    let scenario = Scenario::load(path, &arguments.settings).map_err(|error| Ending::with_causes(2, error))?;
+    let processes: Vec<Process> = scenario.processes().filter_map(|(name, _)| process_called(name)).collect();
+    let domain_name = match &arguments.domain {
+        Some(name) => name.clone(),
+        None => format!("run-{}", std::process::id()).parse().expect("letters and digits"),
+    };
+    let folder = RunFolder::create(&scenario, arguments.out.as_deref())?;
+    let owner = Owner::claim(&domain_name).map_err(|error| Ending::with_causes(3, error))?;
+    let ended = supervise(arguments, &processes, &folder, &domain_name, &owner, &stop);
+    // Whatever happened: the processes are gone now, and with the owner goes the shared memory.
+    drop(owner);
+    let leftovers = domain_name.leftovers();
+    if !leftovers.is_empty() {
+        tracing::warn!("left in shared memory: {leftovers:?}");
+    }
+    let summary = ended?;
+    print!("{}", summary.table());
+    println!("{:<22} {}", "run folder", folder.path.display());
+    match summary.fallen() {
+        Some(time_s) => Err(Ending::new(1, format!("the robot fell after {time_s:.2} s"))),
+        None => Ok(()),
+    }
+}
+
+fn process_called(word: &str) -> Option<Process> {
+    Process::ALL.iter().find(|process| process.word() == word).copied()
+}
+
+fn supervise(
+    arguments: &Launch,
+    processes: &[Process],
+    folder: &RunFolder,
+    domain_name: &DomainName,
+    owner: &Owner,
+    stop: &Stop,
+) -> Result<Summary, Ending> {
+    let failed = |error: anyhow::Error| Ending::with_causes(3, error);
+    let domain =
+        Domain::join(domain_name, Process::Launcher, Duration::from_secs(5)).map_err(|error| failed(error.into()))?;
+    let mut ears = Ears::new(&domain, processes).map_err(|error| failed(error.into()))?;
+    let start =
+        Start { domain: domain_name, real_time: arguments.real_time, processes, log_format: arguments.log_format };
+    let mut children = Vec::new();
+    for process in processes {
+        children.push(Supervised::start(*process, folder, &start)?);
+    }
+    let mut progress = Progress::new();
+    let ended = watch(&mut children, &mut ears, &mut progress, owner, stop);
+    progress.end();
+    stop_all(&mut children, &mut ears, stop);
+    match ended {
+        // What a process says about its own end comes before what others make of it.
+        Err(ending) => Err(ending),
+        Ok(reason) => {
+            tracing::info!("the walk is over: {reason}");
+            Ok(ears.summary)
+        }
+    }
+}
+
+/// Looks on until the walk is over or something goes wrong.
+fn watch(
+    children: &mut [Supervised],
+    ears: &mut Ears,
+    progress: &mut Progress,
+    owner: &Owner,
+    stop: &Stop,
+) -> Result<Reason, Ending> {
+    let mut named = Instant::now();
+    loop {
+        if stop.asked() {
+            return Err(Ending::new(130, "interrupted"));
+        }
+        ears.listen().map_err(|error| Ending::with_causes(1, error))?;
+        if let Some(reason) = ears.over {
+            return Ok(reason);
+        }
+        if let Some(ending) = first_death(children) {
+            return Err(ending);
+        }
+        if !ears.begun() && named.elapsed() > IMPATIENCE {
+            named = Instant::now();
+            tracing::info!("waiting for {}", ears.not_ready().join(", "));
+        }
+        progress.show(&ears.summary);
+        owner.reap_dead();
+        std::thread::sleep(ROUND);
+    }
+}
+
+/// The unexpected end of a process, if one has ended. When several did, the one that did not merely follow another.
+fn first_death(children: &mut [Supervised]) -> Option<Ending> {
+    children.iter_mut().find_map(Supervised::ended)?;
+    // Those that die of the same cause, or of the death of another, do so within a moment.
+    std::thread::sleep(Duration::from_millis(50));
+    let mut endings: Vec<Ending> = Vec::new();
+    for child in children.iter_mut() {
+        if let Some(status) = child.ended() {
+            endings.push(child.explain(status));
+        }
+    }
+    endings.into_iter().min_by_key(|ending| match ending.code {
+        2 => 0,
+        1 | 5 => 1,
+        3 => 2,
+        _ => 3,
+    })
+}
+
+/// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
+fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) {
+    // From now on, being asked once more means to hurry.
+    stop.forget();
+    let hurry = || stop.asked();
+    let (recorder, others): (Vec<_>, Vec<_>) =
+        children.iter_mut().partition(|child| child.process == Process::Recorder);
+    for (group, patience) in [(others, STOP_PATIENCE), (recorder, RECORDER_PATIENCE)] {
+        let mut group = group;
+        for child in &mut group {
+            child.ask_to_stop();
+        }
+        for child in &mut group {
+            child.wait_or_kill(patience, &hurry);
+        }
+        // The last words count for the summary; a broken subscriber no longer matters.
+        let _ = ears.listen();
+    }
+}
+
+/// What the launcher hears.
+struct Ears {
+    health: Vec<(Process, Subscriber<Health>)>,
+    truth: Subscriber<Truth>,
+    commands: Subscriber<RobotCommand>,
+    deformations: Subscriber<SoleDeformation>,
+    states: Vec<(Process, Option<State>)>,
+    summary: Summary,
+    over: Option<Reason>,
+    begun: bool,
+}
+
+impl Ears {
+    fn new(domain: &Domain, processes: &[Process]) -> Result<Self, bus::PortError> {
+        let health = |process: &Process| Ok((*process, domain.subscriber(topic::health(*process), Robot::Any, DEPTH)?));
+        Ok(Self {
+            health: processes.iter().map(health).collect::<Result<_, bus::PortError>>()?,
+            truth: domain.subscriber(topic::TRUTH_ROBOT, Robot::Any, DEPTH)?,
+            commands: domain.subscriber(topic::ROBOT_COMMAND, Robot::Any, DEPTH)?,
+            deformations: domain.subscriber(topic::SOLE_DEFORMATION, Robot::Any, DEPTH)?,
+            states: processes.iter().map(|process| (*process, None)).collect(),
+            summary: Summary::default(),
+            over: None,
+            begun: false,
+        })
+    }
+
+    fn listen(&mut self) -> Result<(), ReceiveError> {
+        // Truth first, so that the plans it is held against, published earlier, are all there when it is used.
+        let mut truths = Vec::new();
+        while let Some(truth) = self.truth.try_next()? {
+            truths.push(truth);
+        }
+        while let Some(command) = self.commands.try_next()? {
+            self.summary.command(&command);
+        }
+        while let Some(deformation) = self.deformations.try_next()? {
+            self.summary.deformation(&deformation);
+        }
+        self.begun |= !truths.is_empty();
+        truths.iter().for_each(|truth| self.summary.truth(truth));
+        for (process, subscriber) in &mut self.health {
+            while let Some(health) = subscriber.try_next()? {
+                self.summary.health(&health);
+                let state = State::from_code(health.state);
+                if let Some(entry) = self.states.iter_mut().find(|(other, _)| other == process) {
+                    entry.1 = state;
+                }
+                if *process == Process::Simulator && state == Some(State::Stopping) {
+                    match Reason::from_code(health.reason) {
+                        Some(reason @ (Reason::Finished | Reason::Fallen)) => self.over = Some(reason),
+                        // Anything else ends the process itself, and its exit code says more.
+                        _ => {}
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn begun(&self) -> bool {
+        self.begun
+    }
+
+    fn not_ready(&self) -> Vec<&'static str> {
+        let ready = |state: &Option<State>| matches!(state, Some(State::Ready | State::Running | State::Holding));
+        self.states.iter().filter(|(_, state)| !ready(state)).map(|(process, _)| process.word()).collect()
+    }
+}

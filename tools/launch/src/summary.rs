@@ -1,0 +1,248 @@
+//! What a walk was like, from health, truth, commands and deformations.
+
+use messages::code::{Outcome, Process};
+use messages::{CONTROL_PERIOD_S, Health, RobotCommand, SoleDeformation, Truth};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::time::Instant;
+
+/// Figures of a walk, gathered while it goes on.
+#[derive(Default)]
+pub struct Summary {
+    /// The first truth and when it came.
+    first: Option<(Truth, Instant)>,
+    last: Option<(Truth, Instant)>,
+    duration_s: f64,
+    commands: BTreeMap<i64, RobotCommand>,
+    com_error_m: Errors,
+    zmp_error_m: Errors,
+    compute_ns: BTreeMap<u32, Vec<u64>>,
+    misses: u64,
+    estimates: Estimates,
+    lost: u64,
+}
+
+/// Root of the mean square, and the largest.
+#[derive(Default)]
+struct Errors {
+    square_sum: f64,
+    count: u64,
+    max: f64,
+}
+
+impl Errors {
+    fn add(&mut self, error: f64) {
+        self.square_sum += error * error;
+        self.count += 1;
+        self.max = self.max.max(error);
+    }
+
+    fn root_mean_square(&self) -> f64 {
+        (self.square_sum / self.count.max(1) as f64).sqrt()
+    }
+}
+
+/// What the estimator's solver did, foot by foot under load.
+#[derive(Default)]
+struct Estimates {
+    solved: u64,
+    not_solved: u64,
+    iterations: u64,
+    iterations_max: u32,
+    residual_max: f64,
+}
+
+impl Summary {
+    /// Takes health of a process.
+    pub fn health(&mut self, health: &Health) {
+        if health.walk_duration_s > 0.0 {
+            self.duration_s = health.walk_duration_s;
+        }
+        let times = self.compute_ns.entry(health.process).or_default();
+        // While a process waits it repeats its health; each cycle counts once.
+        if health.cycles > times.len() as u64 {
+            times.push(health.compute_time_ns);
+        }
+        self.misses = self.misses.max(health.misses);
+        if health.process == Process::Recorder.code() {
+            self.lost = health.lost;
+        }
+    }
+
+    /// Takes a command: its plan is for the tick after its own.
+    pub fn command(&mut self, command: &RobotCommand) {
+        self.commands.insert(command.header.tick + 1, *command);
+        while self.commands.len() > 512 {
+            self.commands.pop_first();
+        }
+    }
+
+    /// Takes what the estimator says.
+    pub fn deformation(&mut self, deformation: &SoleDeformation) {
+        for foot in deformation.feet.iter().filter(|foot| foot.in_contact == 1) {
+            let estimates = &mut self.estimates;
+            match Outcome::from_code(foot.status) {
+                Some(Outcome::Solved) => {
+                    estimates.solved += 1;
+                    estimates.iterations += u64::from(foot.iterations);
+                    estimates.iterations_max = estimates.iterations_max.max(foot.iterations);
+                    estimates.residual_max = estimates.residual_max.max(foot.residual);
+                }
+                Some(Outcome::None) => {}
+                _ => estimates.not_solved += 1,
+            }
+        }
+    }
+
+    /// Takes what the robot really did. The plan of the same tick must have come before.
+    pub fn truth(&mut self, truth: &Truth) {
+        let now = Instant::now();
+        self.first.get_or_insert((*truth, now));
+        self.last = Some((*truth, now));
+        let tick = truth.header.tick;
+        let command = self.commands.remove(&tick);
+        let walking = command.is_some_and(|command| command.walk_time_s >= 0.0) && truth.fallen == 0;
+        if let (Some(command), true) = (command, walking) {
+            let plan = &command.plan;
+            self.com_error_m.add(distance(&plan.com_position_m[..2], &truth.com_position_m[..2]));
+            self.zmp_error_m.add(distance(&plan.zmp_m, &truth.zmp_m));
+        }
+    }
+
+    /// How much of the walk is done, 0 to 1.
+    pub fn done(&self) -> f64 {
+        let walked_s = self.last.map_or(0.0, |(truth, _)| truth.walk_time_s);
+        if self.duration_s > 0.0 { (walked_s / self.duration_s).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Whether the robot has fallen, and when on the simulated clock (s).
+    pub fn fallen(&self) -> Option<f64> {
+        let (truth, _) = self.last?;
+        (truth.fallen == 1).then_some(truth.fall_tick as f64 * CONTROL_PERIOD_S)
+    }
+
+    /// Distance along the ground by which the middle of the soles has moved.
+    pub fn distance_m(&self) -> f64 {
+        let (Some((first, _)), Some((last, _))) = (self.first, self.last) else { return 0.0 };
+        let middle = |truth: &Truth| -> [f64; 2] {
+            let [left, right] = truth.sole_position_m;
+            [0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1])]
+        };
+        distance(&middle(&first), &middle(&last))
+    }
+
+    /// Simulated time per real time.
+    pub fn speed(&self) -> f64 {
+        let (Some((first, start)), Some((last, end))) = (self.first, self.last) else { return 0.0 };
+        let simulated_s = (last.header.tick - first.header.tick) as f64 * CONTROL_PERIOD_S;
+        simulated_s / (end - start).as_secs_f64().max(f64::MIN_POSITIVE)
+    }
+
+    /// One line about the moment.
+    pub fn line(&self) -> String {
+        let Some((truth, _)) = self.last else { return "getting ready".to_string() };
+        let worst_ns = self.compute_ns.values().flatten().max().copied().unwrap_or(0);
+        let walked = if truth.walk_time_s < 0.0 {
+            "settling".to_string()
+        } else {
+            format!("walked {:.1} of {:.1} s", truth.walk_time_s.min(self.duration_s), self.duration_s)
+        };
+        let (distance_m, speed) = (self.distance_m(), self.speed());
+        format!("{walked} · {distance_m:.2} m · {speed:.2} x real time · worst tick {:.1} ms", worst_ns as f64 * 1e-6)
+    }
+
+    /// The table at the end.
+    pub fn table(&self) -> String {
+        let mut table = String::new();
+        let mut row = |name: &str, value: String| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(table, "{name:<22} {value}");
+        };
+        let Some((truth, _)) = self.last else { return "no tick was simulated\n".to_string() };
+        row("distance", format!("{:.3} m", self.distance_m()));
+        row("walked", format!("{:.2} of {:.2} s", truth.walk_time_s.clamp(0.0, self.duration_s), self.duration_s));
+        match self.fallen() {
+            Some(time_s) => {
+                let cause =
+                    messages::code::Fall::from_code(truth.fall_cause).map_or("unknown cause", |fall| fall.word());
+                row("fallen", format!("yes, {time_s:.2} s after the start: {cause}"));
+            }
+            None => row("fallen", "no".to_string()),
+        }
+        let millimetres = |errors: &Errors| {
+            let (rms, max) = (1e3 * errors.root_mean_square(), 1e3 * errors.max);
+            format!("{rms:.1} mm rms, {max:.1} mm max over {} ticks", errors.count)
+        };
+        row("centre of mass, error", millimetres(&self.com_error_m));
+        row("ZMP, error", millimetres(&self.zmp_error_m));
+        let estimates = &self.estimates;
+        if estimates.solved + estimates.not_solved > 0 {
+            let mean = estimates.iterations as f64 / estimates.solved.max(1) as f64;
+            row(
+                "sole estimates",
+                format!(
+                    "{} solved, {} not; {mean:.1} iterations mean, {} max; residual {:.1e} max",
+                    estimates.solved, estimates.not_solved, estimates.iterations_max, estimates.residual_max
+                ),
+            );
+        }
+        for (process, times) in &self.compute_ns {
+            let (Some(process), false) = (Process::from_code(*process), times.is_empty()) else { continue };
+            let mut sorted = times.clone();
+            sorted.sort_unstable();
+            let at = |part: f64| sorted[((sorted.len() - 1) as f64 * part) as usize] as f64 * 1e-6;
+            let (median, p99, max) = (at(0.5), at(0.99), at(1.0));
+            row(&format!("tick, {process}"), format!("{median:.3} ms median, {p99:.3} ms p99, {max:.3} ms max"));
+        }
+        row("speed", format!("{:.2} x real time", self.speed()));
+        if self.misses > 0 {
+            row("deadlines missed", format!("{} at most by one process", self.misses));
+        }
+        if self.lost > 0 {
+            row("not recorded", format!("{} messages", self.lost));
+        }
+        table
+    }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::Header;
+
+    #[test]
+    fn a_plan_is_held_against_the_truth_of_the_tick_it_is_for() {
+        let mut summary = Summary::default();
+        let mut command = RobotCommand { header: Header::new(4, 7), ..RobotCommand::default() };
+        command.plan.com_position_m = [1.0, 2.0, 0.8];
+        command.plan.zmp_m = [1.0, 2.0];
+        summary.command(&command);
+        let mut truth = Truth { header: Header::new(5, 7), ..Truth::default() };
+        truth.com_position_m = [1.003, 2.004, 9.0];
+        truth.zmp_m = [1.0, 2.0];
+        summary.truth(&Truth { header: Header::new(4, 7), ..truth });
+        assert_eq!(summary.com_error_m.count, 0, "no plan is for tick 4");
+        summary.truth(&truth);
+        assert!((summary.com_error_m.max - 0.005).abs() < 1e-12);
+        assert_eq!(summary.zmp_error_m.max, 0.0);
+    }
+
+    #[test]
+    fn a_fall_and_the_distance_are_told() {
+        let mut summary = Summary::default();
+        let mut truth = Truth { header: Header::new(0, 7), ..Truth::default() };
+        summary.truth(&truth);
+        truth.sole_position_m = [[0.4, 0.0, 0.0], [0.2, 0.0, 0.0]];
+        truth.fallen = 1;
+        truth.fall_tick = 300;
+        truth.fall_cause = 2;
+        summary.truth(&truth);
+        assert!((summary.distance_m() - 0.3).abs() < 1e-12);
+        assert_eq!(summary.fallen(), Some(1.5));
+        assert!(summary.table().contains("yes, 1.50 s after the start: tilted too far"), "{}", summary.table());
+    }
+}
