@@ -204,12 +204,12 @@ impl Ears {
                 if let Some(entry) = self.states.iter_mut().find(|(other, _)| other == process) {
                     entry.1 = state;
                 }
-                if *process == Process::Simulator && state == Some(State::Stopping) {
-                    match Reason::from_code(health.reason) {
-                        Some(reason @ (Reason::Finished | Reason::Fallen)) => self.over = Some(reason),
-                        // Anything else ends the process itself, and its exit code says more.
-                        _ => {}
-                    }
+                // Any other reason ends the simulator itself, and its exit code says more.
+                if *process == Process::Simulator
+                    && state == Some(State::Stopping)
+                    && let Some(reason @ (Reason::Finished | Reason::Fallen)) = Reason::from_code(health.reason)
+                {
+                    self.over = Some(reason);
                 }
             }
         }

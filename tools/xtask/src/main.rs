@@ -1,3 +1,42 @@
 //! All checks and chores.
+//!
+//! `cargo xtask check` is what must pass before anything is merged, the same locally and in CI; `cargo walk` is what a newcomer
+//! types first.
 
-fn main() {}
+mod check;
+mod licenses;
+mod metadata;
+mod rules;
+mod walk;
+
+use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+
+#[derive(Debug, Parser)]
+#[command(name = "xtask", about = "All checks and chores.")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Debug, Subcommand)]
+enum Task {
+    /// Format, lints, documentation, tests, dependency rules, licences.
+    Check,
+    /// Dependency rules and licences only.
+    Rules,
+    /// Build everything in release and walk a scenario: cargo walk [SCENARIO] [soleus-launch's options].
+    Walk {
+        /// A scenario file or the name of one in config/scenarios, then options of soleus-launch.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().task {
+        Task::Check => check::all(),
+        Task::Rules => check::rules_and_licenses(),
+        Task::Walk { arguments } => walk::walk(&arguments),
+    }
+}

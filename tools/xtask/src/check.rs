@@ -1,0 +1,33 @@
+//! Everything that must hold before a change is merged.
+
+use crate::metadata::{Metadata, cargo};
+use crate::{licenses, rules};
+use anyhow::{Context, bail, ensure};
+use std::process::Command;
+
+/// All checks, the quick ones first; stops at the first that fails.
+pub fn all() -> anyhow::Result<()> {
+    run("format", cargo().args(["fmt", "--all", "--check"]))?;
+    rules_and_licenses()?;
+    run("lints", cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    run("documentation", cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    run("tests", cargo().args(["test", "--workspace"]))
+}
+
+/// Dependency rules and licences.
+pub fn rules_and_licenses() -> anyhow::Result<()> {
+    let metadata = Metadata::read()?;
+    let mut violations = rules::violations(&metadata);
+    violations.extend(licenses::violations(&metadata));
+    if violations.is_empty() {
+        return Ok(());
+    }
+    bail!("rules are broken:\n  {}", violations.join("\n  "))
+}
+
+fn run(name: &str, command: &mut Command) -> anyhow::Result<()> {
+    eprintln!("== {name}");
+    let status = command.status().with_context(|| format!("cannot run {command:?}"))?;
+    ensure!(status.success(), "{name}: {command:?} failed");
+    Ok(())
+}

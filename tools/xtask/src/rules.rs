@@ -1,0 +1,159 @@
+//! Who may use whom.
+//!
+//! The table is the architecture: libraries of one subject each, the mathematics behind a fence, processes that know no other
+//! process. It is checked against what cargo really builds.
+
+use crate::metadata::Metadata;
+
+/// Each package of the workspace and those it may use directly.
+const MAY_USE: [(&str, &[&str]); 28] = [
+    // Vocabulary and numerics.
+    ("spatial", &[]),
+    ("qp", &[]),
+    ("friction", &[]),
+    // Models.
+    ("multibody", &["spatial"]),
+    ("sole", &["friction", "spatial"]),
+    // Behaviour.
+    ("pattern", &["spatial"]),
+    ("gait", &["pattern", "qp", "spatial"]),
+    ("wholebody", &["multibody", "qp", "spatial"]),
+    ("plant", &["multibody", "sole", "spatial"]),
+    // The fence: nothing above knows of files, clocks, threads or other processes.
+    ("robot", &[]),
+    ("scenario", &[]),
+    ("soles", &["robot", "sole", "spatial"]),
+    ("messages", &["pattern", "spatial"]),
+    ("bus", &["messages"]),
+    ("recording", &["messages"]),
+    ("node", &["bus", "messages", "scenario"]),
+    // Processes.
+    (
+        "soleus-planner",
+        &["bus", "gait", "messages", "multibody", "node", "pattern", "robot", "scenario", "sole", "soles", "spatial"],
+    ),
+    ("soleus-estimator", &["bus", "messages", "node", "pattern", "robot", "scenario", "sole", "soles", "spatial"]),
+    (
+        "soleus-controller",
+        &["bus", "messages", "multibody", "node", "pattern", "robot", "scenario", "spatial", "wholebody"],
+    ),
+    (
+        "soleus-simulator",
+        &["bus", "messages", "multibody", "node", "pattern", "plant", "robot", "scenario", "sole", "soles", "spatial"],
+    ),
+    ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "scenario"]),
+    ("soleus-replayer", &["closed_loop", "messages", "node", "recording", "robot", "scenario"]),
+    // Compositions.
+    (
+        "closed_loop",
+        &[
+            "messages",
+            "pattern",
+            "robot",
+            "scenario",
+            "soleus-controller",
+            "soleus-estimator",
+            "soleus-planner",
+            "soleus-recorder",
+            "soleus-simulator",
+        ],
+    ),
+    ("report", &["messages", "recording"]),
+    // Tools.
+    ("soleus-launch", &["bus", "messages", "node", "scenario"]),
+    (
+        "soleus-inspect",
+        &[
+            "friction",
+            "gait",
+            "messages",
+            "multibody",
+            "pattern",
+            "qp",
+            "recording",
+            "robot",
+            "scenario",
+            "sole",
+            "soles",
+            "spatial",
+        ],
+    ),
+    ("xtask", &[]),
+    // Tests: what the harness uses; the cases may use everything.
+    ("system", &["bus", "node"]),
+];
+
+/// What must not be reachable from a package, however indirectly: the 200 Hz processes stay small, the mathematics pure.
+const MUST_NOT_REACH: [(&str, &[&str]); 9] = [
+    ("soleus-controller", &["sole", "faer", "gait", "mcap", "recording"]),
+    ("soleus-estimator", &["gait", "qp", "clarabel", "multibody", "wholebody", "mcap", "recording"]),
+    ("soleus-simulator", &["gait", "wholebody", "mcap", "recording"]),
+    ("soleus-planner", &["wholebody", "plant", "mcap", "recording"]),
+    ("plant", OUTSIDE),
+    ("sole", OUTSIDE),
+    ("gait", OUTSIDE),
+    ("wholebody", OUTSIDE),
+    ("friction", OUTSIDE),
+];
+
+/// What mathematics has nothing to do with: other processes, files of recordings, terminals, diagnostics.
+const OUTSIDE: &[&str] = &["iceoryx2", "bus", "messages", "node", "mcap", "clap", "tracing", "toml"];
+
+/// Every way in which the rules are broken.
+pub fn violations(metadata: &Metadata) -> Vec<String> {
+    let mut violations = Vec::new();
+    for package in metadata.packages.values().filter(|package| package.ours) {
+        let Some((_, allowed)) = MAY_USE.iter().find(|(name, _)| *name == package.name) else {
+            violations.push(format!("`{}` is not in the table of tools/xtask/src/rules.rs", package.name));
+            continue;
+        };
+        for used in &package.uses {
+            let ours = metadata.packages.get(used).is_some_and(|used| used.ours);
+            if ours && !allowed.contains(&used.as_str()) {
+                violations.push(format!("`{}` must not use `{used}`", package.name));
+            }
+        }
+    }
+    for (name, forbidden) in MUST_NOT_REACH {
+        let uses = metadata.all_uses(name);
+        for forbidden in forbidden.iter().filter(|forbidden| uses.contains(**forbidden)) {
+            violations
+                .push(format!("`{name}` must not reach `{forbidden}`: see `cargo tree -p {name} -i {forbidden}`"));
+        }
+    }
+    violations
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metadata::Package;
+
+    fn package(name: &str, uses: &[&str]) -> (String, Package) {
+        let uses = uses.iter().map(|name| (*name).to_string()).collect();
+        (name.to_string(), Package { name: name.to_string(), ours: true, uses, license: None })
+    }
+
+    #[test]
+    fn the_rules_hold() {
+        let metadata = Metadata::read().expect("cargo knows this workspace");
+        assert_eq!(violations(&metadata), [] as [String; 0]);
+    }
+
+    #[test]
+    fn each_kind_of_violation_is_found() {
+        let packages = [
+            package("spatial", &["pattern"]),
+            package("pattern", &[]),
+            package("news", &[]),
+            package("soleus-controller", &["node"]),
+            package("node", &["recording"]),
+            package("recording", &[]),
+        ];
+        let metadata = Metadata { packages: packages.into(), ..Metadata::default() };
+        let found = violations(&metadata);
+        assert!(found.contains(&"`spatial` must not use `pattern`".to_string()), "{found:?}");
+        assert!(found.iter().any(|violation| violation.starts_with("`news` is not in the table")), "{found:?}");
+        assert!(found.iter().any(|violation| violation.starts_with("`soleus-controller` must not reach `recording`")));
+    }
+}
