@@ -1,7 +1,7 @@
 //! Forward dynamics by the articulated-body algorithm (Featherstone 2008, table 7.1).
 
-use crate::rigid::{RigidInertia, cross_force, cross_motion, scaled};
-use crate::rnea::against_gravity;
+use crate::rigid::{RigidInertia, cross_force, cross_motion, scaled_add};
+use crate::whole_body::against_gravity;
 use crate::{Base, Configuration, FrameIndex, Model, Workspace, forward_kinematics_velocity};
 use nalgebra::DVector;
 use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
@@ -41,7 +41,7 @@ pub fn aba_with_external(
         part.inertia = matrix(&inertia);
         part.force = cross_force(&motion.v, &inertia.apply(&motion.v)).to_vector();
         let rate = if i == 0 { 0.0 } else { v[base_dofs + i - 1] };
-        part.c = scaled(&cross_motion(&motion.v, &motion.s), rate).to_vector();
+        part.c = scaled_add(&cross_motion(&motion.v, &motion.s), rate, &Twist::zero()).to_vector();
     }
     for (frame, wrench) in external {
         let about_origin = wrench.about(&-ws.frame_position(model, *frame));
@@ -94,7 +94,7 @@ fn matrix(inertia: &RigidInertia) -> Mat6 {
     }
     m.fixed_view_mut::<3, 3>(0, 3).copy_from(&-k);
     m.fixed_view_mut::<3, 3>(3, 0).copy_from(&k);
-    m.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia.about_origin);
+    m.fixed_view_mut::<3, 3>(3, 3).copy_from(&inertia.about_origin.full());
     m
 }
 

@@ -1,6 +1,7 @@
 //! Jacobians and drifts of frames and of the centre of mass.
 
 use crate::crba::composite_inertias;
+use crate::rigid::{cross_add, cross_motion, scaled_add};
 use crate::{Base, FrameIndex, Model, Workspace};
 use nalgebra::{DMatrix, DVector};
 use spatial::{Mat3, Vec3, Vec6, so3};
@@ -17,11 +18,14 @@ pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out:
 pub(crate) fn write_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
     let p_OF = ws.frame_position(model, frame);
     let base_dofs = model.base_dofs();
+    let j = out.as_mut_slice();
     let mut i = model.frames()[frame.0].body;
     while i > 0 {
-        let at_frame = ws.motion[i].s.at(&p_OF);
-        out.fixed_view_mut::<3, 1>(0, base_dofs + i - 1).copy_from(&at_frame.linear);
-        out.fixed_view_mut::<3, 1>(3, base_dofs + i - 1).copy_from(&at_frame.angular);
+        let s = &ws.motion[i].s;
+        let linear = cross_add(&s.angular, &p_OF, &s.linear);
+        let column = 6 * (base_dofs + i - 1);
+        j[column..column + 3].copy_from_slice(linear.as_slice());
+        j[column + 3..column + 6].copy_from_slice(s.angular.as_slice());
         i = model.bodies[i].parent;
     }
     if model.base() == Base::Floating {
@@ -42,7 +46,7 @@ pub fn frame_drift(model: &Model, ws: &Workspace, frame: FrameIndex, v: &DVector
     while i > 0 {
         let motion = &ws.motion[i];
         let rate = v[model.base_dofs() + i - 1];
-        a = crate::rigid::sum(&a, &crate::rigid::scaled(&crate::rigid::cross_motion(&motion.v, &motion.s), rate));
+        a = scaled_add(&cross_motion(&motion.v, &motion.s), rate, &a);
         i = model.bodies[i].parent;
     }
     classical(&a, &twist, &ws.frame_position(model, frame)).to_vector()

@@ -1,40 +1,59 @@
 //! Forward kinematics.
 
-use crate::rigid::{cross_motion, scaled, sum};
+use crate::rigid::{cross, cross_motion, product, rotate, rotate_add, scale_add, scaled_add, turned_about_z};
 use crate::{Base, Configuration, JointMotion, Model, Workspace};
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 use spatial::{Mat3, Transform, Twist, Vec3};
+use wide::f64x4;
+
+/// Angles up to this (rad) are reduced exactly enough by the vectorised sine; larger ones go through the standard library.
+const VECTORISED_MAX_RAD: f64 = 1e3;
 
 /// Placements of all bodies. Afterwards [`Workspace::placement`] answers for every frame.
 pub fn forward_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
-    assert_eq!(q.joints.len(), model.joint_count(), "joint positions");
     ws.origin = q.base.translation;
-    ws.motion[0].placement = Transform::new(q.base.rotation, Vec3::zeros());
-    for i in 1..model.bodies.len() {
-        let body = &model.bodies[i];
-        let at_zero = ws.motion[body.parent].placement * body.placement;
-        let axis = Vec3::from(at_zero.rotation.column(2));
-        let (placement, s) = match body.motion {
+    place(model, ws, &q.base.rotation, q);
+}
+
+/// Placements of all bodies, measured from O, in the axes in which the base has this rotation: the world's, or the base's
+/// own (identity) where only quantities in base axes are wanted.
+pub(crate) fn place(model: &Model, ws: &mut Workspace, base_rotation: &Mat3, q: &Configuration) {
+    sines(model, ws, q);
+    ws.motion[0].placement = Transform { rotation: *base_rotation, translation: Vec3::zeros() };
+    for (i, body) in model.bodies.iter().enumerate().skip(1) {
+        let parent = &ws.motion[body.parent].placement;
+        let rotation = product(&parent.rotation, &body.placement.rotation);
+        let translation = rotate_add(&parent.rotation, &body.placement.translation, &parent.translation);
+        let axis = Vec3::new(rotation.m13, rotation.m23, rotation.m33);
+        let motion = &mut ws.motion[i];
+        match body.motion {
             JointMotion::Revolute => {
-                let rotation = turned_about_z(&at_zero.rotation, q.joints[i - 1]);
-                let s = Twist { linear: at_zero.translation.cross(&axis), angular: axis };
-                (Transform::new(rotation, at_zero.translation), s)
+                motion.placement = Transform { rotation: turned_about_z(&rotation, ws.sines[i - 1]), translation };
+                motion.s = Twist { linear: cross(&translation, &axis), angular: axis };
             }
             JointMotion::Prismatic => {
-                let translation = at_zero.translation + axis * q.joints[i - 1];
-                (Transform::new(at_zero.rotation, translation), Twist { linear: axis, angular: Vec3::zeros() })
+                let translation = scale_add(&axis, q.joints[i - 1], &translation);
+                motion.placement = Transform { rotation, translation };
+                motion.s = Twist { linear: axis, angular: Vec3::zeros() };
             }
-        };
-        ws.motion[i].placement = placement;
-        ws.motion[i].s = s;
+        }
     }
 }
 
-/// `R Rz(angle)`.
-fn turned_about_z(r: &Mat3, angle_rad: f64) -> Mat3 {
-    let (sin, cos) = angle_rad.sin_cos();
-    let (x, y) = (r.column(0), r.column(1));
-    Mat3::from_columns(&[x * cos + y * sin, y * cos - x * sin, r.column(2).into()])
+/// `(sin q, cos q)` of every joint, four at a time.
+pub(crate) fn sines(model: &Model, ws: &mut Workspace, q: &Configuration) {
+    assert_eq!(q.joints.len(), model.joint_count(), "joint positions");
+    let mut four = [0.0; 4];
+    for (sines, angles) in ws.sines.chunks_mut(4).zip(q.joints.as_slice().chunks(4)) {
+        four[..angles.len()].copy_from_slice(angles);
+        if four.iter().all(|angle| angle.abs() < VECTORISED_MAX_RAD) {
+            let (sin, cos) = f64x4::from(four).sin_cos();
+            let (sin, cos) = (sin.to_array(), cos.to_array());
+            sines.iter_mut().enumerate().for_each(|(k, pair)| *pair = (sin[k], cos[k]));
+        } else {
+            sines.iter_mut().zip(angles).for_each(|(pair, angle)| *pair = angle.sin_cos());
+        }
+    }
 }
 
 /// Placements and velocities of all bodies. Afterwards [`Workspace::placement`] and [`Workspace::velocity`] answer for
@@ -43,47 +62,40 @@ pub fn forward_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Config
     assert_eq!(v.len(), model.nv(), "velocities");
     forward_kinematics(model, ws, q);
     ws.motion[0].v = base_motion(model, ws, v);
-    for i in 1..model.bodies.len() {
-        let parent = ws.motion[model.bodies[i].parent].v;
-        let body = &mut ws.motion[i];
-        body.v = sum(&parent, &scaled(&body.s, v[model.base_dofs() + i - 1]));
+    let rates = &v.as_slice()[model.base_dofs()..];
+    for (i, body) in model.bodies.iter().enumerate().skip(1) {
+        let parent = ws.motion[body.parent].v;
+        let motion = &mut ws.motion[i];
+        motion.v = scaled_add(&motion.s, rates[i - 1], &parent);
     }
 }
 
-/// Accelerations of all bodies after [`forward_kinematics_velocity`], the base's given. With `vd = None`: all joint
-/// accelerations are zero.
-pub(crate) fn accelerations(
-    model: &Model,
-    ws: &mut Workspace,
-    v: &DVector<f64>,
-    vd: Option<&DVector<f64>>,
-    base: Twist,
-) {
-    let base_dofs = model.base_dofs();
+/// Spatial accelerations of all bodies when `vd = 0`, the base's given, after [`forward_kinematics_velocity`].
+pub(crate) fn bias_accelerations(model: &Model, ws: &mut Workspace, v: &DVector<f64>, base: Twist) {
     ws.motion[0].a = base;
-    for i in 1..model.bodies.len() {
-        let parent = ws.motion[model.bodies[i].parent].a;
-        let body = &mut ws.motion[i];
-        let rate = v[base_dofs + i - 1];
-        body.a = sum(&parent, &scaled(&cross_motion(&body.v, &body.s), rate));
-        if let Some(vd) = vd {
-            body.a = sum(&body.a, &scaled(&body.s, vd[base_dofs + i - 1]));
-        }
+    let rates = &v.as_slice()[model.base_dofs()..];
+    for (i, body) in model.bodies.iter().enumerate().skip(1) {
+        let parent = ws.motion[body.parent].a;
+        let motion = &mut ws.motion[i];
+        motion.a = scaled_add(&cross_motion(&motion.v, &motion.s), rates[i - 1], &parent);
     }
 }
 
-/// The base's twist or spatial acceleration in world axes from the first six entries of `v` or `vd`.
+/// The base's twist in world axes from the first six entries of `v`.
 pub(crate) fn base_motion(model: &Model, ws: &Workspace, v: &DVector<f64>) -> Twist {
     match model.base() {
         Base::Fixed => Twist::zero(),
         Base::Floating => {
             let R_WB = &ws.motion[0].placement.rotation;
-            Twist { linear: R_WB * Vector3::new(v[0], v[1], v[2]), angular: R_WB * Vector3::new(v[3], v[4], v[5]) }
+            Twist {
+                linear: rotate(R_WB, &Vec3::new(v[0], v[1], v[2])),
+                angular: rotate(R_WB, &Vec3::new(v[3], v[4], v[5])),
+            }
         }
     }
 }
 
-/// Centre of mass `p_WG` (m) after any algorithm that computes the kinematics.
+/// Centre of mass `p_WG` (m) after forward kinematics.
 #[must_use]
 pub fn center_of_mass(model: &Model, ws: &Workspace) -> Vec3 {
     let first_moment: Vec3 = model
@@ -93,4 +105,40 @@ pub fn center_of_mass(model: &Model, ws: &Workspace) -> Vec3 {
         .map(|(body, motion)| body.inertia.mass_kg * motion.placement.point(&body.inertia.com))
         .sum();
     ws.origin + first_moment * model.per_mass()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ModelOptions;
+
+    #[test]
+    fn vectorised_sines_are_those_of_the_standard_library() {
+        let joints: String = (0..7)
+            .map(|i| {
+                format!(
+                    r#"<link name="l{n}"/><joint name="j{i}" type="continuous"><parent link="l{i}"/><child link="l{n}"/></joint>"#,
+                    n = i + 1
+                )
+            })
+            .collect();
+        let text = format!(
+            r#"<robot name="chain"><link name="l0"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0"
+               ixz="0" iyz="0"/></inertial></link>{joints}</robot>"#
+        );
+        let model = Model::from_urdf(&text, &ModelOptions::default()).unwrap();
+        let mut ws = Workspace::new(&model);
+        let mut q = model.neutral();
+        for k in 0..40_000 {
+            let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9][k % 6];
+            q.joints.iter_mut().enumerate().for_each(|(j, angle)| *angle = scale * ((k * 7 + j) as f64 * 0.618).sin());
+            sines(&model, &mut ws, &q);
+            for (pair, angle) in ws.sines.iter().zip(q.joints.iter()) {
+                let (sin, cos) = angle.sin_cos();
+                // One unit in the last place of 1.
+                let error = (pair.0 - sin).abs().max((pair.1 - cos).abs());
+                assert!(error <= f64::EPSILON, "{angle}: {error:e}");
+            }
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The constant description of a robot, built once.
 
 use crate::error::nearest;
+use crate::rigid::Symmetric;
 use crate::urdf::{self, Kind, Tree, TreeJoint};
 use crate::{Configuration, Item, ModelError};
 use nalgebra::DVector;
@@ -119,8 +120,26 @@ pub(crate) struct Body {
     pub placement: Transform,
     /// In the body's frame.
     pub inertia: Inertia,
+    /// Mass times centre of mass (kg m).
+    pub first_moment: Vec3,
+    /// Rotational inertia about the frame's origin (kg m^2).
+    pub about_origin: Symmetric,
     /// Added to the joint's diagonal entry of M (kg m^2, kg).
     pub rotor_inertia: f64,
+}
+
+impl Body {
+    fn massless(parent: usize, motion: JointMotion, placement: Transform) -> Self {
+        Self {
+            parent,
+            motion,
+            placement,
+            inertia: Inertia::zero(),
+            first_moment: Vec3::zeros(),
+            about_origin: Symmetric::default(),
+            rotor_inertia: 0.0,
+        }
+    }
 }
 
 /// A robot: bodies, joints, frames. Constant for all algorithms.
@@ -153,13 +172,7 @@ impl Model {
             gravity: options.gravity,
             total_mass_kg: 0.0,
             joints: Vec::new(),
-            bodies: vec![Body {
-                parent: 0,
-                motion: JointMotion::Revolute,
-                placement: Transform::identity(),
-                inertia: Inertia::zero(),
-                rotor_inertia: 0.0,
-            }],
+            bodies: vec![Body::massless(0, JointMotion::Revolute, Transform::identity())],
             frames: Vec::new(),
             impossible_links: tree.impossible.clone(),
         };
@@ -178,6 +191,10 @@ impl Model {
         if model.base == Base::Fixed {
             // What is attached to the world is part of the world.
             model.bodies[0].inertia = Inertia::zero();
+        }
+        for body in &mut model.bodies {
+            body.first_moment = body.inertia.mass_kg * body.inertia.com;
+            body.about_origin = Symmetric::of(&body.inertia.about_origin());
         }
         model.total_mass_kg = model.bodies.iter().map(|body| body.inertia.mass_kg).sum();
         if model.base == Base::Floating && model.total_mass_kg == 0.0 {
@@ -228,7 +245,7 @@ impl Model {
         let R_JA = with_z_along(&joint.axis);
         let placement = Transform::new(X_BJ.rotation * R_JA, X_BJ.translation);
         self.joints.push(Joint { name: joint.name.clone(), motion, limits: joint.limits });
-        self.bodies.push(Body { parent: body, motion, placement, inertia: Inertia::zero(), rotor_inertia: 0.0 });
+        self.bodies.push(Body::massless(body, motion, placement));
         Ok((self.bodies.len() - 1, Transform::new(R_JA.transpose(), Vec3::zeros())))
     }
 

@@ -1,10 +1,14 @@
-//! Inverse dynamics by the recursive Newton-Euler algorithm (Featherstone 2008, table 5.1).
+//! Inverse dynamics by the recursive Newton-Euler algorithm (Featherstone 2008, table 5.1), in body frames.
+//!
+//! Alone, the recursion is cheapest in the bodies' own frames: nothing is turned into the world, and since every joint axis
+//! is its body's z axis, projecting on the axis costs nothing. The base's entries come out in base axes, as `v` wants them.
+//! Accelerations are those of the frame origins as seen by a resting observer ("classical"), so that a force is `m a`.
 
-use crate::kinematics::{accelerations, base_motion, forward_kinematics_velocity};
-use crate::rigid::{RigidInertia, cross_force, sum};
-use crate::{Base, Configuration, FrameIndex, Model, Workspace};
+use crate::kinematics::sines;
+use crate::rigid::{cross, cross_add, fma, rotate, rotate_add, turned_about_z, unrotate};
+use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace, forward_kinematics};
 use nalgebra::DVector;
-use spatial::{Twist, Vec3, Wrench};
+use spatial::{Mat3, Transform, Vec3, Wrench};
 
 /// `out = M(q) a + h(q, v)`: the generalised force that makes the robot accelerate with `a`.
 pub fn rnea(
@@ -30,52 +34,142 @@ pub fn rnea_with_external(
     out: &mut DVector<f64>,
 ) {
     assert_eq!(a.len(), model.nv(), "accelerations");
-    forward_kinematics_velocity(model, ws, q, v);
-    let base = sum(&base_motion(model, ws, a), &against_gravity(model));
-    accelerations(model, ws, v, Some(a), base);
-    body_forces(model, ws);
-    for (frame, wrench) in external {
-        let about_origin = wrench.about(&-ws.frame_position(model, *frame));
-        let force = &mut ws.force[model.frames()[frame.0].body];
-        *force = *force - about_origin;
+    forces::<true>(model, ws, q, v, a);
+    if !external.is_empty() {
+        forward_kinematics(model, ws, q);
+        for (frame, wrench) in external {
+            let body = model.frames()[frame.0].body;
+            let X_OB = ws.motion[body].placement;
+            let about_body = wrench.about(&(X_OB.translation - ws.frame_position(model, *frame)));
+            let part = &mut ws.newton[body];
+            part.force -= unrotate(&X_OB.rotation, &about_body.force);
+            part.moment -= unrotate(&X_OB.rotation, &about_body.moment);
+        }
     }
     gather(model, ws, out);
-    for i in 1..model.bodies.len() {
+    for (i, body) in model.bodies.iter().enumerate().skip(1) {
         let column = model.base_dofs() + i - 1;
-        out[column] += model.bodies[i].rotor_inertia * a[column];
+        out[column] = fma(body.rotor_inertia, a[column], out[column]);
     }
 }
 
 /// `out = h(q, v)`: Coriolis, centrifugal and gravity forces.
 pub fn bias_forces(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>, out: &mut DVector<f64>) {
-    forward_kinematics_velocity(model, ws, q, v);
-    accelerations(model, ws, v, None, against_gravity(model));
-    body_forces(model, ws);
+    forces::<false>(model, ws, q, v, v);
     gather(model, ws, out);
 }
 
 /// `out = h(q, 0)`: what holds the robot still.
 pub fn gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
-    crate::forward_kinematics(model, ws, q);
-    let base = against_gravity(model);
-    for (motion, _) in ws.motion.iter_mut().zip(&model.bodies) {
-        motion.v = Twist::zero();
-        motion.a = base;
-    }
-    body_forces(model, ws);
+    out.fill(0.0);
+    // The output is the zero velocity until the forces replace it.
+    forces::<false>(model, ws, q, out, out);
     gather(model, ws, out);
 }
 
-/// Gravity is a base that accelerates upwards.
-pub(crate) fn against_gravity(model: &Model) -> Twist {
-    Twist { linear: -model.gravity(), angular: Vec3::zeros() }
+/// What the recursion keeps per body, in the body's frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Newton {
+    /// Pose of the body in its parent.
+    pub placement: Transform,
+    pub w: Vec3,
+    pub wd: Vec3,
+    /// Acceleration of the frame's origin, gravity subtracted.
+    pub acceleration: Vec3,
+    pub force: Vec3,
+    /// About the frame's origin.
+    pub moment: Vec3,
 }
 
-/// `f = I a + v x* I v` of every body.
-pub(crate) fn body_forces(model: &Model, ws: &mut Workspace) {
-    for ((body, motion), force) in model.bodies.iter().zip(&ws.motion).zip(&mut ws.force) {
-        let inertia = RigidInertia::of(&body.inertia, &motion.placement);
-        *force = inertia.apply(&motion.a) + cross_force(&motion.v, &inertia.apply(&motion.v));
+impl Newton {
+    pub fn new() -> Self {
+        let zero = Vec3::zeros();
+        Self { placement: Transform::identity(), w: zero, wd: zero, acceleration: zero, force: zero, moment: zero }
+    }
+
+    /// `[wd] + [w][w]`: a point at `r` of this body accelerates with `acceleration + turning() r`.
+    #[inline(always)]
+    fn turning(&self) -> Mat3 {
+        let (w, wd) = (&self.w, &self.wd);
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        Mat3::new(
+            -(yy + zz),
+            fma(w.x, w.y, -wd.z),
+            fma(w.x, w.z, wd.y),
+            fma(w.x, w.y, wd.z),
+            -(xx + zz),
+            fma(w.y, w.z, -wd.x),
+            fma(w.x, w.z, -wd.y),
+            fma(w.y, w.z, wd.x),
+            -(xx + yy),
+        )
+    }
+}
+
+/// Newton's and Euler's equations of every body; with `ACCELERATED = false` all of `a` counts as zero.
+fn forces<const ACCELERATED: bool>(
+    model: &Model,
+    ws: &mut Workspace,
+    q: &Configuration,
+    v: &DVector<f64>,
+    a: &DVector<f64>,
+) {
+    assert_eq!(v.len(), model.nv(), "velocities");
+    sines(model, ws, q);
+    let base_dofs = model.base_dofs();
+    let (rates, accelerations) = (&v.as_slice()[base_dofs..], &a.as_slice()[base_dofs..]);
+    let mut base = Newton::new();
+    base.acceleration = -unrotate(&q.base.rotation, &model.gravity());
+    if model.base() == Base::Floating {
+        base.w = Vec3::new(v[3], v[4], v[5]);
+        // v is measured along axes that turn with the base.
+        base.acceleration += cross(&base.w, &Vec3::new(v[0], v[1], v[2]));
+        if ACCELERATED {
+            base.wd = Vec3::new(a[3], a[4], a[5]);
+            base.acceleration += Vec3::new(a[0], a[1], a[2]);
+        }
+    }
+    ws.newton[0] = base;
+    for (i, body) in model.bodies.iter().enumerate() {
+        if i > 0 {
+            let parent = &ws.newton[body.parent];
+            let (rate, acceleration) = (rates[i - 1], if ACCELERATED { accelerations[i - 1] } else { 0.0 });
+            let mut placement = body.placement;
+            let turning = parent.turning();
+            let (w, wd, origin);
+            match body.motion {
+                JointMotion::Revolute => {
+                    placement.rotation = turned_about_z(&body.placement.rotation, ws.sines[i - 1]);
+                    let w_parent = unrotate(&placement.rotation, &parent.w);
+                    let wd_parent = unrotate(&placement.rotation, &parent.wd);
+                    origin = rotate_add(&turning, &placement.translation, &parent.acceleration);
+                    w = Vec3::new(w_parent.x, w_parent.y, w_parent.z + rate);
+                    wd = Vec3::new(
+                        fma(w_parent.y, rate, wd_parent.x),
+                        fma(-w_parent.x, rate, wd_parent.y),
+                        wd_parent.z + acceleration,
+                    );
+                    let acceleration = unrotate(&placement.rotation, &origin);
+                    ws.newton[i] = Newton { placement, w, wd, acceleration, ..ws.newton[i] };
+                }
+                JointMotion::Prismatic => {
+                    let R = &body.placement.rotation;
+                    placement.translation += Vec3::new(R.m13, R.m23, R.m33) * q.joints[i - 1];
+                    origin = rotate_add(&turning, &placement.translation, &parent.acceleration);
+                    w = unrotate(R, &parent.w);
+                    wd = unrotate(R, &parent.wd);
+                    let slide = Vec3::new(2.0 * rate * w.y, -2.0 * rate * w.x, acceleration);
+                    let acceleration = unrotate(R, &origin) + slide;
+                    ws.newton[i] = Newton { placement, w, wd, acceleration, ..ws.newton[i] };
+                }
+            }
+        }
+        let part = &mut ws.newton[i];
+        let h = &body.first_moment;
+        part.force = rotate_add(&part.turning(), h, &(part.acceleration * body.inertia.mass_kg));
+        let momentum = body.about_origin.times_add(&part.w, &Vec3::zeros());
+        let spin = cross_add(&part.w, &momentum, &cross(h, &part.acceleration));
+        part.moment = body.about_origin.times_add(&part.wd, &spin);
     }
 }
 
@@ -83,14 +177,20 @@ pub(crate) fn body_forces(model: &Model, ws: &mut Workspace) {
 fn gather(model: &Model, ws: &mut Workspace, out: &mut DVector<f64>) {
     assert_eq!(out.len(), model.nv(), "generalised forces");
     let base_dofs = model.base_dofs();
-    for i in (1..model.bodies.len()).rev() {
-        out[base_dofs + i - 1] = ws.motion[i].s.power(&ws.force[i]);
-        let parent = model.bodies[i].parent;
-        ws.force[parent] = ws.force[parent] + ws.force[i];
+    for (i, body) in model.bodies.iter().enumerate().skip(1).rev() {
+        let part = &ws.newton[i];
+        out[base_dofs + i - 1] = match body.motion {
+            JointMotion::Revolute => part.moment.z,
+            JointMotion::Prismatic => part.force.z,
+        };
+        let force = rotate(&part.placement.rotation, &part.force);
+        let moment = rotate_add(&part.placement.rotation, &part.moment, &cross(&part.placement.translation, &force));
+        let parent = &mut ws.newton[body.parent];
+        parent.force += force;
+        parent.moment += moment;
     }
     if model.base() == Base::Floating {
-        let R_WB = &ws.motion[0].placement.rotation;
-        out.fixed_rows_mut::<3>(0).copy_from(&R_WB.tr_mul(&ws.force[0].force));
-        out.fixed_rows_mut::<3>(3).copy_from(&R_WB.tr_mul(&ws.force[0].moment));
+        out.fixed_rows_mut::<3>(0).copy_from(&ws.newton[0].force);
+        out.fixed_rows_mut::<3>(3).copy_from(&ws.newton[0].moment);
     }
 }

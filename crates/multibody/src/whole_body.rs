@@ -1,9 +1,9 @@
 //! All that a whole-body controller needs, in one pass.
 
-use crate::crba::{composite_inertias, mass_matrix};
+use crate::crba::{in_base_axes, mass_matrix};
 use crate::jacobian::{classical, write_jacobian};
-use crate::kinematics::accelerations;
-use crate::rnea::{against_gravity, body_forces};
+use crate::kinematics::bias_accelerations;
+use crate::rigid::{RigidInertia, cross, cross_force, power, scale_add};
 use crate::{Base, Configuration, FrameIndex, Model, Workspace, forward_kinematics_velocity};
 use nalgebra::{DMatrix, DVector};
 use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench, so3};
@@ -85,16 +85,27 @@ pub fn whole_body_terms(
     out: &mut WholeBodyTerms,
 ) {
     forward_kinematics_velocity(model, ws, q, v);
-    accelerations(model, ws, v, None, against_gravity(model));
-    body_forces(model, ws);
-    composite_inertias(model, ws);
-    mass_matrix(model, ws, &mut out.mass_matrix);
-    let base_dofs = model.base_dofs();
-    for i in (1..model.bodies.len()).rev() {
-        out.bias[base_dofs + i - 1] = ws.motion[i].s.power(&ws.force[i]);
-        let parent = model.bodies[i].parent;
-        ws.force[parent] = ws.force[parent] + ws.force[i];
+    bias_accelerations(model, ws, v, against_gravity(model));
+    for (body, ((motion, inertia), force)) in
+        model.bodies.iter().zip(ws.motion.iter().zip(&mut ws.inertia).zip(&mut ws.force))
+    {
+        *inertia = RigidInertia::of(&body.inertia, &motion.placement);
+        let turning = cross_force(&motion.v, &inertia.apply(&motion.v));
+        let pushing = inertia.apply(&motion.a);
+        *force = Wrench { force: pushing.force + turning.force, moment: pushing.moment + turning.moment };
     }
+    // One sweep towards the base: what is below a joint is done when the joint is reached.
+    let base_dofs = model.base_dofs();
+    for (i, body) in model.bodies.iter().enumerate().skip(1).rev() {
+        let (inertia, force) = (ws.inertia[i], ws.force[i]);
+        out.bias[base_dofs + i - 1] = power(&ws.motion[i].s, &force);
+        ws.inertia[body.parent].add(&inertia);
+        let parent = &mut ws.force[body.parent];
+        parent.force += force.force;
+        parent.moment += force.moment;
+    }
+    let R_WB = ws.motion[0].placement.rotation;
+    mass_matrix(model, ws, Some(&R_WB), &mut out.mass_matrix);
     centroidal(model, ws, v, out);
     for terms in &mut out.frames {
         let motion = &ws.motion[model.frames()[terms.frame.0].body];
@@ -115,25 +126,27 @@ fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBo
     let p_OG = total.first_moment * per_mass;
     let base_dofs = model.base_dofs();
     let mut momentum = total.apply(&ws.motion[0].v);
+    let (ag, jcom) = (out.centroidal_matrix.as_mut_slice(), out.com_jacobian.as_mut_slice());
     for i in 1..model.bodies.len() {
         let f = &ws.axis_force[i];
-        let about_com = f.about(&p_OG);
+        let moment = f.moment - cross(&p_OG, &f.force);
         let column = base_dofs + i - 1;
-        out.centroidal_matrix.fixed_view_mut::<3, 1>(0, column).copy_from(&about_com.force);
-        out.centroidal_matrix.fixed_view_mut::<3, 1>(3, column).copy_from(&about_com.moment);
-        out.com_jacobian.fixed_view_mut::<3, 1>(0, column).copy_from(&(about_com.force * per_mass));
-        momentum = momentum + Wrench { force: f.force * v[column], moment: f.moment * v[column] };
+        ag[6 * column..6 * column + 3].copy_from_slice(f.force.as_slice());
+        ag[6 * column + 3..6 * column + 6].copy_from_slice(moment.as_slice());
+        jcom[3 * column..3 * column + 3].copy_from_slice((f.force * per_mass).as_slice());
+        momentum.force = scale_add(&f.force, v[column], &momentum.force);
+        momentum.moment = scale_add(&f.moment, v[column], &momentum.moment);
     }
     if model.base() == Base::Floating {
         let lever = -so3::skew(&p_OG) * R_WB;
         let k = so3::skew(&p_OG);
-        let about_com: Mat3 = total.about_origin + total.mass * (k * k);
+        let about_com: Mat3 = total.about_origin.full() + total.mass * (k * k);
         out.com_jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&R_WB);
         out.com_jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&lever);
         out.centroidal_matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(total.mass * R_WB));
         out.centroidal_matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&(total.mass * lever));
         out.centroidal_matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&(about_com * R_WB));
-        let base = Wrench { force: R_WB.tr_mul(&ws.force[0].force), moment: R_WB.tr_mul(&ws.force[0].moment) };
+        let base = in_base_axes(Some(&R_WB), &ws.force[0]);
         out.bias.fixed_rows_mut::<6>(0).copy_from(&base.to_vector());
     }
     let momentum = momentum.about(&p_OG);
@@ -145,4 +158,9 @@ fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBo
     let rate = ws.force[0].about(&p_OG);
     out.centroidal_drift = Wrench { force: rate.force + weight, moment: rate.moment }.to_vector();
     out.com_drift = (rate.force + weight) * per_mass;
+}
+
+/// Gravity is a base that accelerates upwards.
+pub(crate) fn against_gravity(model: &Model) -> Twist {
+    Twist { linear: -model.gravity(), angular: Vec3::zeros() }
 }

@@ -1,6 +1,7 @@
 //! All memory of the algorithms.
 
 use crate::rigid::RigidInertia;
+use crate::rnea::Newton;
 use crate::{FrameIndex, Model};
 use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench};
 
@@ -32,12 +33,17 @@ pub(crate) struct Articulated {
     pub c: Vec6,
 }
 
-/// All memory of the algorithms, made once per model. Each algorithm leaves the kinematics of its arguments here.
+/// All memory of the algorithms, made once per model. [`Workspace::placement`] and
+/// [`Workspace::velocity`] answer for the last call of forward kinematics, [`aba`](crate::aba) or
+/// [`whole_body_terms`](crate::whole_body_terms); the other algorithms leave quantities in other axes behind.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     /// `p_WO`.
     pub(crate) origin: Vec3,
+    /// `(sin q, cos q)` per joint.
+    pub(crate) sines: Vec<(f64, f64)>,
     pub(crate) motion: Vec<BodyMotion>,
+    pub(crate) newton: Vec<Newton>,
     pub(crate) force: Vec<Wrench>,
     pub(crate) inertia: Vec<RigidInertia>,
     /// Composite inertia times joint axis.
@@ -62,15 +68,17 @@ impl Workspace {
         };
         Self {
             origin: Vec3::zeros(),
+            sines: vec![(0.0, 1.0); n - 1],
             motion: vec![rest; n],
+            newton: vec![Newton::new(); n],
             force: vec![Wrench::zero(); n],
-            inertia: vec![RigidInertia::ZERO; n],
+            inertia: vec![RigidInertia::default(); n],
             axis_force: vec![Wrench::zero(); n],
             articulated: vec![articulated; n],
         }
     }
 
-    /// `X_WF` of a frame in the configuration that an algorithm was given last.
+    /// `X_WF` of a frame in the configuration of the last kinematics.
     #[must_use]
     pub fn placement(&self, model: &Model, frame: FrameIndex) -> Transform {
         let frame = &model.frames()[frame.0];
@@ -78,7 +86,7 @@ impl Workspace {
         Transform::new(placed.rotation, self.origin + placed.translation)
     }
 
-    /// Velocity of a frame's origin and its angular velocity, world axes, at the velocity that an algorithm was given last.
+    /// Velocity of a frame's origin and its angular velocity, world axes, at the velocity of the last kinematics.
     #[must_use]
     pub fn velocity(&self, model: &Model, frame: FrameIndex) -> Twist {
         self.motion[model.frames()[frame.0].body].v.at(&self.frame_position(model, frame))
