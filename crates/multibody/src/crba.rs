@@ -11,7 +11,7 @@ pub fn crba(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMat
     ws.origin = q.base.translation;
     // M does not depend on where the base is: in base axes its rows for the base need no rotation.
     place(model, ws, &Mat3::identity(), q);
-    out.fill(0.0);
+    out.as_mut_slice().fill(0.0);
     composite_inertias(model, ws);
     mass_matrix(model, ws, None, out);
 }

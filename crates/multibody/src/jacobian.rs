@@ -10,7 +10,7 @@ use spatial::{Mat3, Vec3, Vec6, so3};
 /// kinematics.
 pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (6, model.nv()), "Jacobian");
-    out.fill(0.0);
+    out.as_mut_slice().fill(0.0);
     write_jacobian(model, ws, frame, out);
 }
 

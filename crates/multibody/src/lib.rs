@@ -48,6 +48,7 @@
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod aba;
+mod cholesky;
 mod configuration;
 mod crba;
 mod error;
@@ -61,6 +62,7 @@ mod whole_body;
 mod workspace;
 
 pub use aba::{aba, aba_with_external};
+pub use cholesky::{MassFactor, NotPositiveDefinite};
 pub use configuration::Configuration;
 pub use crba::crba;
 pub use error::{Item, ModelError};

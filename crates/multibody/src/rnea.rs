@@ -61,7 +61,7 @@ pub fn bias_forces(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVe
 
 /// `out = h(q, 0)`: what holds the robot still.
 pub fn gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
-    out.fill(0.0);
+    out.as_mut_slice().fill(0.0);
     // The output is the zero velocity until the forces replace it.
     forces::<false>(model, ws, q, out, out);
     gather(model, ws, out);

@@ -1,6 +1,9 @@
 //! Public-API tests of `multibody`.
 #![allow(non_snake_case)] // monogram notation
 
+mod allocations;
 mod hrp4;
 mod identities;
+mod motion;
 mod random_robot;
+mod urdf;

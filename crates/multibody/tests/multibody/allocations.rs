@@ -1,0 +1,82 @@
+//! After construction nothing allocates.
+
+use crate::random_robot::{Random, configuration, model};
+use multibody::*;
+use nalgebra::{DMatrix, DVector};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: hands every request on to the system's allocator; the counter is a plain cell of the current thread.
+#[allow(unsafe_code)] // an allocator cannot be written otherwise
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations_of(work: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn the_guard_sees_an_allocation() {
+    assert_eq!(allocations_of(|| drop(std::hint::black_box(vec![0_u8; 100]))), 1);
+}
+
+#[test]
+fn algorithms_do_not_allocate() {
+    for base in [Base::Floating, Base::Fixed] {
+        let model = model(3, &ModelOptions { base, ..ModelOptions::default() });
+        let mut random = Random(9);
+        let (q, nv) = (configuration(&model, &mut random), model.nv());
+        let (v, a, tau) = (random.list(nv, 1.0), random.list(nv, 1.0), random.list(nv, 1.0));
+        let frames = [FrameIndex(1), FrameIndex(model.frames().len() - 1)];
+        let external = [(frames[1], spatial::Wrench { force: random.vector(1.0), moment: random.vector(1.0) })];
+        let mut ws = Workspace::new(&model);
+        let mut terms = WholeBodyTerms::new(&model, &frames);
+        let (mut vector, mut matrix) = (DVector::zeros(nv), DMatrix::zeros(nv, nv));
+        let (mut jacobian, mut com) = (DMatrix::zeros(6, nv), DMatrix::zeros(3, nv));
+        let mut factor = MassFactor::new(&model);
+        let mut moved = q.clone();
+        let count = allocations_of(|| {
+            for _ in 0..2 {
+                forward_kinematics_velocity(&model, &mut ws, &q, &v);
+                frame_jacobian(&model, &mut ws, frames[1], &mut jacobian);
+                com_jacobian(&model, &mut ws, &mut com);
+                std::hint::black_box((
+                    frame_drift(&model, &ws, frames[1], &v),
+                    ws.placement(&model, frames[0]),
+                    ws.velocity(&model, frames[0]),
+                    center_of_mass(&model, &ws),
+                ));
+                rnea_with_external(&model, &mut ws, &q, &v, &a, &external, &mut vector);
+                bias_forces(&model, &mut ws, &q, &v, &mut vector);
+                gravity_forces(&model, &mut ws, &q, &mut vector);
+                aba_with_external(&model, &mut ws, &q, &v, &tau, &external, &mut vector);
+                crba(&model, &mut ws, &q, &mut matrix);
+                factor.factor(&matrix).expect("every joint carries mass");
+                factor.solve(&mut vector);
+                whole_body_terms(&model, &mut ws, &q, &v, &mut terms);
+                model.integrate(&q, &v, &mut moved);
+                model.difference(&q, &moved, &mut vector);
+            }
+        });
+        assert_eq!(count, 0);
+    }
+}
