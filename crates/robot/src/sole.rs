@@ -95,6 +95,8 @@ pub enum SoleLevel {
     /// Finite elements condensed on the contact nodes.
     #[default]
     Fem,
+    /// The same with quadratic tetrahedra, which do not lock.
+    QuadraticFem,
     /// A fine mesh condensed on coarse contact patches.
     Patches,
 }

@@ -12,7 +12,7 @@ pub struct SoleChoice {
     pub level: Option<SoleLevel>,
     /// Boxes of the mesh along each edge, each cut into six tetrahedra.
     pub cells: Option<[u32; 3]>,
-    /// Cells of the coarse grid of level `patches`, forward and sideways: one contact point at each of its corners.
+    /// Cells of the grid of the levels `patches` and `winkler`, forward and sideways: one contact point at each of its corners.
     pub patch_cells: [u32; 2],
     /// Multiplies Young's modulus.
     pub young_modulus_factor: f64,
@@ -48,11 +48,5 @@ pub enum SolesError {
     Mesh {
         /// The description.
         file: PathBuf,
-    },
-    /// A level that is not built here.
-    #[error("sole.level = {level:?} is not available here; choose rigid, fem or patches")]
-    Level {
-        /// Which.
-        level: SoleLevel,
     },
 }

@@ -50,9 +50,11 @@ pub fn build(robot: &Robot, choice: &SoleChoice) -> Result<Option<[SoleModel; 2]
     let mut settings = nominal(robot)?;
     settings.level = match choice.level.unwrap_or(robot.sole.solver.level) {
         SoleLevel::Rigid => return Ok(None),
+        SoleLevel::Lumped => sole::Level::Lumped,
+        SoleLevel::Winkler => sole::Level::Winkler { cells: choice.patch_cells.map(|n| n as usize) },
         SoleLevel::Fem => sole::Level::Fem,
+        SoleLevel::QuadraticFem => sole::Level::QuadraticFem,
         SoleLevel::Patches => sole::Level::Patches { cells: choice.patch_cells.map(|n| n as usize) },
-        level @ (SoleLevel::Lumped | SoleLevel::Winkler) => return Err(SolesError::Level { level }),
     };
     if let (Some(chosen), MeshSource::Box { cells, .. }) = (choice.cells, &mut settings.mesh) {
         *cells = chosen.map(|n| n as usize);
