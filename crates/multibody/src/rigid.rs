@@ -156,6 +156,17 @@ impl Symmetric {
         }
     }
 
+    /// `S -= a b'`, which is symmetric.
+    #[inline(always)]
+    pub fn minus(&mut self, a: &Vec3, b: &Vec3) {
+        self.xx = fma(-a.x, b.x, self.xx);
+        self.xy = fma(-a.x, b.y, self.xy);
+        self.xz = fma(-a.x, b.z, self.xz);
+        self.yy = fma(-a.y, b.y, self.yy);
+        self.yz = fma(-a.y, b.z, self.yz);
+        self.zz = fma(-a.z, b.z, self.zz);
+    }
+
     #[inline(always)]
     pub fn add(&mut self, other: &Self) {
         self.xx += other.xx;

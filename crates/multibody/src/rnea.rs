@@ -38,12 +38,9 @@ pub fn rnea_with_external(
     if !external.is_empty() {
         forward_kinematics(model, ws, q);
         for (frame, wrench) in external {
-            let body = model.frames()[frame.0].body;
-            let X_OB = ws.motion[body].placement;
-            let about_body = wrench.about(&(X_OB.translation - ws.frame_position(model, *frame)));
-            let part = &mut ws.newton[body];
-            part.force -= unrotate(&X_OB.rotation, &about_body.force);
-            part.moment -= unrotate(&X_OB.rotation, &about_body.moment);
+            let (body, force, moment) = ws.in_body(model, *frame, wrench);
+            ws.newton[body].force -= force;
+            ws.newton[body].moment -= moment;
         }
     }
     gather(model, ws, out);

@@ -1,9 +1,10 @@
 //! All memory of the algorithms.
 
-use crate::rigid::RigidInertia;
+use crate::aba::Articulated;
+use crate::rigid::{RigidInertia, unrotate};
 use crate::rnea::Newton;
 use crate::{FrameIndex, Model};
-use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench};
+use spatial::{Transform, Twist, Vec3, Wrench};
 
 /// Motion of one body, world axes, about the origin O of the base.
 #[derive(Debug, Clone, Copy)]
@@ -18,23 +19,8 @@ pub(crate) struct BodyMotion {
     pub a: Twist,
 }
 
-/// What the articulated-body algorithm keeps per body.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Articulated {
-    pub inertia: Mat6,
-    pub force: Vec6,
-    /// Inertia times joint axis.
-    pub u: Vec6,
-    /// Apparent inertia at the joint.
-    pub d: f64,
-    /// Joint force left over.
-    pub rest: f64,
-    /// Velocity-product acceleration.
-    pub c: Vec6,
-}
-
 /// All memory of the algorithms, made once per model. [`Workspace::placement`] and
-/// [`Workspace::velocity`] answer for the last call of forward kinematics, [`aba`](crate::aba) or
+/// [`Workspace::velocity`] answer for the last call of forward kinematics or
 /// [`whole_body_terms`](crate::whole_body_terms); the other algorithms leave quantities in other axes behind.
 #[derive(Debug, Clone)]
 pub struct Workspace {
@@ -58,14 +44,6 @@ impl Workspace {
         let n = model.bodies.len();
         let rest =
             BodyMotion { placement: Transform::identity(), s: Twist::zero(), v: Twist::zero(), a: Twist::zero() };
-        let articulated = Articulated {
-            inertia: Mat6::zeros(),
-            force: Vec6::zeros(),
-            u: Vec6::zeros(),
-            d: 0.0,
-            rest: 0.0,
-            c: Vec6::zeros(),
-        };
         Self {
             origin: Vec3::zeros(),
             sines: vec![(0.0, 1.0); n - 1],
@@ -74,7 +52,7 @@ impl Workspace {
             force: vec![Wrench::zero(); n],
             inertia: vec![RigidInertia::default(); n],
             axis_force: vec![Wrench::zero(); n],
-            articulated: vec![articulated; n],
+            articulated: vec![Articulated::default(); n],
         }
     }
 
@@ -90,6 +68,15 @@ impl Workspace {
     #[must_use]
     pub fn velocity(&self, model: &Model, frame: FrameIndex) -> Twist {
         self.motion[model.frames()[frame.0].body].v.at(&self.frame_position(model, frame))
+    }
+
+    /// A wrench about a frame's origin in world axes, as force and moment about the origin of the body that carries the
+    /// frame, in the body's axes; after forward kinematics.
+    pub(crate) fn in_body(&self, model: &Model, frame: FrameIndex, wrench: &Wrench) -> (usize, Vec3, Vec3) {
+        let body = model.frames()[frame.0].body;
+        let X_OB = &self.motion[body].placement;
+        let about_body = wrench.about(&(X_OB.translation - self.frame_position(model, frame)));
+        (body, unrotate(&X_OB.rotation, &about_body.force), unrotate(&X_OB.rotation, &about_body.moment))
     }
 
     /// Position of a frame's origin from O, world axes.
