@@ -15,13 +15,19 @@ use crate::settings::{SettingsError, not_negative, positive};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlantSoleLevel {
+    /// No foam: the hard plate of the original foot on four stiff corners ([`CornerSettings`]).
+    Rigid,
+    /// Four springs with the sole's stiffness as a whole.
+    Lumped,
+    /// A grid of independent springs.
+    Winkler,
     /// A fine mesh condensed onto a grid of contact patches.
     #[default]
     Patches,
     /// Every bottom node of the mesh is a contact point; slow with a fine mesh.
     Fem,
-    /// No foam: the hard plate of the original foot on four stiff corners.
-    Corners,
+    /// Quadratic tetrahedra on the same mesh; same number of contact points.
+    QuadraticFem,
 }
 
 /// The plant's soles relative to the nominal one.
@@ -32,7 +38,7 @@ pub struct PlantSoleSettings {
     pub level: PlantSoleLevel,
     /// Boxes along length, width and thickness (each is cut into six tetrahedra). Only for a nominal sole that is a block.
     pub mesh_cells: [usize; 3],
-    /// Cells of the patch grid along length and width; there is one contact point more each way.
+    /// Cells of the patch grid, or of the grid of springs, along length and width; there is one contact point more each way.
     pub patch_cells: [usize; 2],
     /// Young's modulus over the nominal one.
     pub young_modulus_factor: f64,
@@ -40,8 +46,8 @@ pub struct PlantSoleSettings {
     pub friction_factor: f64,
     /// Thickness over the nominal one; the ankle moves with it.
     pub thickness_factor: f64,
-    /// For the level `corners`; ankle and friction are taken from the nominal sole.
-    pub corners: CornerSettings,
+    /// For the level `rigid`; ankle and friction are taken from the nominal sole.
+    pub rigid: CornerSettings,
 }
 
 impl Default for PlantSoleSettings {
@@ -53,7 +59,7 @@ impl Default for PlantSoleSettings {
             young_modulus_factor: 1.0,
             friction_factor: 1.0,
             thickness_factor: 1.0,
-            corners: CornerSettings::default(),
+            rigid: CornerSettings::default(),
         }
     }
 }
@@ -73,10 +79,10 @@ impl PlantSoleSettings {
         for (i, cells) in self.patch_cells.iter().enumerate() {
             positive(&format!("sole.patch_cells[{i}]"), *cells as f64)?;
         }
-        self.corners.check("sole.corners")
+        self.rigid.check("sole.rigid")
     }
 
-    /// The constants of the left sole.
+    /// The constants of the left sole: what [`build`](Self::build) builds, for callers who keep condensed soles.
     #[must_use]
     pub fn left(&self, nominal: &sole::SoleSettings) -> sole::SoleSettings {
         let mut own = nominal.clone();
@@ -98,8 +104,12 @@ impl PlantSoleSettings {
         };
         own.ankle_in_sole_m.z += (self.thickness_factor - 1.0) * thickness_m;
         own.level = match self.level {
+            PlantSoleLevel::Rigid => Level::Rigid,
+            PlantSoleLevel::Lumped => Level::Lumped,
+            PlantSoleLevel::Winkler => Level::Winkler { cells: self.patch_cells },
+            PlantSoleLevel::Patches => Level::Patches { cells: self.patch_cells },
             PlantSoleLevel::Fem => Level::Fem,
-            PlantSoleLevel::Patches | PlantSoleLevel::Corners => Level::Patches { cells: self.patch_cells },
+            PlantSoleLevel::QuadraticFem => Level::QuadraticFem,
         };
         own
     }
@@ -110,13 +120,13 @@ impl PlantSoleSettings {
     /// A sole that the sole crate cannot build.
     pub fn build(&self, nominal: &sole::SoleSettings) -> Result<[PlantSole; 2], SoleError> {
         let own = self.left(nominal);
-        if self.level == PlantSoleLevel::Corners {
+        if self.level == PlantSoleLevel::Rigid {
             let ankle = own.ankle_in_sole_m;
             let corners = |ankle: Vec3| {
                 PlantSole::Corners(CornerSettings {
                     friction: own.friction,
                     ankle_in_sole_m: ankle.into(),
-                    ..self.corners
+                    ..self.rigid
                 })
             };
             return Ok([corners(ankle), corners(Vec3::new(ankle.x, -ankle.y, ankle.z))]);
@@ -153,8 +163,8 @@ mod tests {
     #[test]
     fn the_right_foot_mirrors_the_left() {
         let settings = PlantSoleSettings { mesh_cells: [8, 5, 2], patch_cells: [4, 3], ..Default::default() };
-        let corners = PlantSoleSettings { level: PlantSoleLevel::Corners, ..settings };
-        for settings in [settings, corners] {
+        let rigid = PlantSoleSettings { level: PlantSoleLevel::Rigid, ..settings };
+        for settings in [settings, rigid] {
             let [left, right] = settings.build(&sole::SoleSettings::default()).unwrap();
             let (l, r) = (left.ankle_in_sole_m(), right.ankle_in_sole_m());
             assert_eq!((l.x, l.y, l.z), (r.x, -r.y, r.z));

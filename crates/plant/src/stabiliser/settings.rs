@@ -52,7 +52,7 @@ impl Default for StabiliserSettings {
             dcm_integral_gain_per_s: 0.5,
             roll_damping_nm_s_per_rad: 30.0,
             pitch_damping_nm_s_per_rad: 90.0,
-            vertical_damping_n_s_per_m: 5e4,
+            vertical_damping_n_s_per_m: 2.5e4,
             relaxation_s: 2.0,
             swing_relaxation_s: 0.1,
             foot_rotation_max_rad: 0.15,

@@ -2,5 +2,6 @@ mod balance;
 mod configuration;
 mod free_fall;
 mod interface;
+mod levels;
 mod robot;
 mod standing;
