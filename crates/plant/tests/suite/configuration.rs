@@ -3,8 +3,8 @@
 use plant::{PlantSettings, PlantSoleSettings};
 use serde::Deserialize;
 
+/// What the file says to the plant; the rest is for the process around it.
 #[derive(Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 struct File {
     plant: PlantSettings,
     sole: PlantSoleSettings,
