@@ -50,6 +50,14 @@ fn at_limit(joints: &[String]) -> String {
 const ROWS: usize = 18;
 /// Targets are met to rounding (m, rad).
 const TOLERANCE: f64 = 1e-11;
+/// Steps below this change nothing (m, rad).
+const SETTLED: f64 = 1e-10;
+/// A step that leaves more than this part of the error is no progress.
+const PROGRESS: f64 = 0.9;
+/// Steps without progress after which the targets are met as well as possible instead of exactly.
+const STALLED_MAX: usize = 10;
+/// Strides shorten by this from then on, so that the search comes to rest.
+const SHRINKING: f64 = 0.7;
 /// Newton steps.
 const STEPS_MAX: usize = 100;
 /// Longest step of any joint (rad) and of the base (m, rad).
@@ -79,26 +87,38 @@ pub fn initial_configuration(
     let soft_size = Size { variables: nv, equalities: 0, inequalities: 0 };
     let mut soft_solver = ActiveSet::new(soft_size, ActiveSetSettings::default());
     let mut next = q.clone();
-    let mut error = f64::INFINITY;
+    let (mut error, mut stride) = (f64::INFINITY, f64::INFINITY);
+    let (mut best, mut stalled, mut reach) = (f64::INFINITY, 0, STRIDE_MAX);
     for _ in 0..STEPS_MAX {
         error = linearise(model, &mut ws, targets, &q, &mut problem);
-        if error < TOLERANCE {
+        // The posture has to have settled too, so that the result does not depend on the way.
+        if error < TOLERANCE && stride < SETTLED {
             return Ok(q);
         }
         for j in 0..nv {
             let (lower, upper, wanted) = match j.checked_sub(base) {
-                None => (-STRIDE_MAX, STRIDE_MAX, 0.0),
+                None => (-reach, reach, 0.0),
                 Some(joint) => {
                     let (low, high) = range(model, joint, targets.limit_margin_rad);
                     let at = q.joints[joint];
-                    let stride = |x: f64| x.clamp(-STRIDE_MAX, STRIDE_MAX);
+                    let stride = |x: f64| x.clamp(-reach, reach);
                     (stride(low - at), stride(high - at), targets.posture[joint] - at)
                 }
             };
             (problem.lb[j], problem.ub[j]) = (lower, upper);
             problem.c[j] = -wanted;
         }
-        let step = if solver.solve(&problem).report.status == Status::Solved {
+        // Near stretched legs the linear model promises what the robot cannot do, step after step.
+        if error < PROGRESS * best {
+            (best, stalled) = (error, 0);
+        } else {
+            stalled += 1;
+            if stalled > STALLED_MAX {
+                reach *= SHRINKING;
+            }
+        }
+        let may_be_exact = stalled < STALLED_MAX || error < TOLERANCE;
+        let step = if may_be_exact && solver.solve(&problem).report.status == Status::Solved {
             solver.outcome().report.x.clone()
         } else {
             // Too far for one step, or out of reach: as near as the bounds allow.
@@ -108,6 +128,7 @@ pub fn initial_configuration(
             (soft.lb, soft.ub) = (problem.lb.clone(), problem.ub.clone());
             soft_solver.solve(&soft).report.x.clone()
         };
+        stride = step.amax();
         model.integrate(&q, &step, &mut next);
         std::mem::swap(&mut q, &mut next);
     }

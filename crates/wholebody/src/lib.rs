@@ -44,8 +44,10 @@ mod constraint;
 mod error;
 mod fallback;
 mod formulation;
+mod integration;
 mod inverse_kinematics;
 mod layout;
+pub mod observer;
 mod reference;
 mod report;
 mod settings;
@@ -56,6 +58,7 @@ pub use collision::{Capsule, CollisionSettings, LinkCapsule, Proximity, SMOOTHIN
 pub use constraint::friction::FrictionCones;
 pub use constraint::limits::JointLimits;
 pub use error::WholeBodyError;
+pub use integration::{Integration, StateDistance, StateIntegrator};
 pub use inverse_kinematics::{ConfigurationError, ConfigurationTargets, initial_configuration};
 pub use layout::ConstraintId;
 pub use reference::{FootTarget, RobotState, WholeBodyReference};

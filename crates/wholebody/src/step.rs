@@ -182,8 +182,8 @@ impl WholeBody {
         self.clock = Some(clock);
     }
 
-    /// The last step's program as it was given to the solver, after any widening: to be written down and solved again
-    /// elsewhere. `None` before the first step.
+    /// The last step's program as it was given to the solver, after any widening: [`Problem::to_json`] writes it down, and
+    /// `soleus-inspect qp` solves it again. `None` before the first step.
     #[must_use]
     pub fn last_program(&self) -> Option<&Problem> {
         self.contact_set.map(|set| &self.formulations[set].problem)

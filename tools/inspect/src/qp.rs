@@ -361,6 +361,18 @@ mod tests {
     }
 
     #[test]
+    fn a_dumped_program_comes_back_to_the_bit() {
+        let mut problem = Problem::new(Size { variables: 3, equalities: 1, inequalities: 2 });
+        problem.P[(0, 0)] = 1.0 / 3.0;
+        problem.c[1] = -1e-300;
+        problem.A.fill(0.1);
+        problem.C[(1, 2)] = 1e17 / 7.0;
+        (problem.u[0], problem.l[1], problem.lb[2]) = (2.0_f64.sqrt(), -0.0, 5.5);
+        let program: Program = door::parse(&problem.to_json()).expect("the dump is what this subcommand reads");
+        assert_eq!(program.problem().expect("well-formed"), problem);
+    }
+
+    #[test]
     fn wrong_input_is_refused_with_the_field() {
         let crooked: Program = door::parse(r#"{"P": [[1, 0], [0, 1]], "c": [0, 1], "lb": [0]}"#).expect("parses");
         assert!(crooked.problem().expect_err("too short").to_string().contains("lb"));

@@ -44,17 +44,22 @@ impl Default for ActiveSetSettings {
     }
 }
 
-/// Below this part of its length a remainder `z` is checked against the data before it is believed: half of the digits of
-/// ‖z‖² are then lost in the worst case.
+/// Below this part of its length a remainder `z` is computed anew from the data before it is believed.
 const SUSPICIOUS_FRACTION: f64 = 1e-6;
 /// Multiple of the unit roundoff times |a||x| below which the sign of a row's violation means nothing.
 const ROUNDOFFS: f64 = 32.0;
 /// Rows with a smaller share in a vanishing combination are rounding, not part of the conflict.
 const CONFLICT_SHARE: f64 = 1e-9;
+/// How often rows that were tolerated are looked at again.
+const REVIVALS_MAX: usize = 8;
 /// Most corrections per solve.
 const REFINEMENTS_MAX: usize = 3;
 /// Stationarity, relative to its largest term, that needs no correction.
 const STATIONARITY_GOAL: f64 = 1e-13;
+/// Largest relative violation of a solution that is called inaccurate and not a failure.
+const INACCURATE: f64 = 1e-6;
+/// Passes of [`ActiveSet::sharpen`]: the first corrects the combination, the second the remainder.
+const SHARPENINGS: usize = 2;
 /// Active sets remembered to notice one that returns.
 const HISTORY: usize = 64;
 /// The tolerance is raised at most this far when sets return.
@@ -175,7 +180,7 @@ impl ActiveSet {
         }
         self.take_up_equalities_and_guess(problem);
         self.settle(problem);
-        let mut refinements = 0;
+        let (mut refinements, mut revivals) = (0, 0);
         let mut best_defect = f64::INFINITY;
         loop {
             self.locate(problem, refinements == 0);
@@ -185,7 +190,7 @@ impl ActiveSet {
                     return Status::IterationLimit;
                 }
                 match self.take_up(problem, violated) {
-                    Taken::Held => self.is_tolerated.fill(false),
+                    Taken::Held => {}
                     Taken::Contradiction => {
                         if self.is_proven(problem, violated) {
                             self.describe_contradiction(problem, violated);
@@ -219,8 +224,17 @@ impl ActiveSet {
             if is_strict && (defect <= 1.0 || cannot_improve) {
                 return Status::Solved;
             }
+            if cannot_improve && !is_strict && revivals < REVIVALS_MAX && self.is_tolerated.contains(&true) {
+                // A row that followed from others need not do so any more: look at all of them again.
+                revivals += 1;
+                self.is_tolerated.fill(false);
+                refinements = 0;
+                best_defect = f64::INFINITY;
+                continue;
+            }
             if cannot_improve {
-                return Status::SolvedInaccurately;
+                let is_near = self.outcome.report.residuals.feasibility <= INACCURATE;
+                return if is_near { Status::SolvedInaccurately } else { Status::NumericalFailure };
             }
             best_defect = defect;
             self.refine(problem);
@@ -411,9 +425,10 @@ impl ActiveSet {
             let q = self.held.len();
             self.r[..q].copy_from_slice(&self.h[..q]);
             self.basis.solve_upper(&mut self.r);
-            let depends = q == self.size.variables
-                || norm <= f64::EPSILON * length
-                || (norm <= SUSPICIOUS_FRACTION * length && self.is_rounding(problem, row, norm));
+            let mut depends = q == self.size.variables;
+            if !depends && norm <= SUSPICIOUS_FRACTION * length {
+                (norm, depends) = self.sharpen(problem, row);
+            }
             let violation = sign * (limit - dot(&self.d, &self.y));
             let full = if depends { f64::INFINITY } else { (violation / (norm * norm)).max(0.0) };
             let (partial, leaving) = self.first_to_leave(sign);
@@ -467,18 +482,40 @@ impl ActiveSet {
         (step, leaving)
     }
 
-    /// Whether a short remainder z is an artefact of rounding: moving along it must change the entering row by ‖z‖², as it
-    /// would in exact arithmetic, and the held rows by less. Uses the data, not the factors.
-    fn is_rounding(&mut self, problem: &Problem, row: usize, norm: f64) -> bool {
-        self.w.copy_from_slice(&self.z);
-        self.cholesky.solve_upper(&mut self.w);
-        let gained = row_times(problem, self.size, row, &self.w);
-        if gained.is_nan() || (gained - norm * norm).abs() > 0.5 * norm * norm {
-            return true;
+    /// A short remainder z is what is left of numbers that cancelled, and `d = L⁻¹ a` is only as good as L is well
+    /// conditioned. This computes the combination `a - Σ rₖ aₖ` from the data, where it loses nothing, and z, h and r anew
+    /// from there. Returns ‖z‖, and whether the rows depend on each other to rounding of the data.
+    fn sharpen(&mut self, problem: &Problem, row: usize) -> (f64, bool) {
+        let q = self.held.len();
+        let mut norm = 0.0;
+        let mut depends = false;
+        for _ in 0..SHARPENINGS {
+            let terms = self.combine_rows(problem, row);
+            let remainder = dot(&self.z, &self.z).sqrt();
+            depends = remainder <= ROUNDOFFS * f64::EPSILON * terms;
+            self.cholesky.solve_lower(&mut self.z);
+            norm = self.basis.split(&mut self.z, &mut self.w);
+            axpy(1.0, &self.w[..q], &mut self.h[..q]);
+            self.basis.solve_upper(&mut self.w);
+            axpy(1.0, &self.w[..q], &mut self.r[..q]);
         }
-        let share = |row: usize, change: f64| if self.norms[row] > 0.0 { change.abs() / self.norms[row] } else { 0.0 };
-        let own = share(row, gained);
-        self.held.iter().any(|k| share(k.row, row_times(problem, self.size, k.row, &self.w)) > 0.5 * own)
+        (norm, depends || norm == 0.0)
+    }
+
+    /// z <- `a - Σ rₖ aₖ`. Returns the sum of the terms' lengths. Overwrites `gradient`.
+    fn combine_rows(&mut self, problem: &Problem, row: usize) -> f64 {
+        std::mem::swap(&mut self.d, &mut self.gradient); // d is still needed
+        self.gather(problem, row);
+        self.z.copy_from_slice(&self.d);
+        let mut terms = self.norms[row];
+        for k in 0..self.held.len() {
+            let (held, r) = (self.held[k], self.r[k]);
+            self.gather(problem, held.row);
+            axpy(-r, &self.d, &mut self.z);
+            terms += (r * self.norms[held.row]).abs();
+        }
+        std::mem::swap(&mut self.d, &mut self.gradient);
+        terms
     }
 
     /// Whether the combination `a - Σ rₖ aₖ`, which vanishes to rounding, really asks too much of its limits: judged from
@@ -486,16 +523,12 @@ impl ActiveSet {
     fn is_proven(&mut self, problem: &Problem, entering: Violated) -> bool {
         let limit = limit_of(problem, self.size, entering.row, entering.sign);
         let (mut demanded, mut terms) = (limit, limit.abs());
-        self.gather(problem, entering.row);
-        self.z.copy_from_slice(&self.d);
         for k in 0..self.held.len() {
-            let (held, r) = (self.held[k], self.r[k]);
-            let term = r * self.limit(problem, held);
+            let term = self.r[k] * self.limit(problem, self.held[k]);
             demanded -= term;
             terms += term.abs();
-            self.gather(problem, held.row);
-            axpy(-r, &self.d, &mut self.z);
         }
+        self.combine_rows(problem, entering.row);
         let remainder = dot(&self.z, &self.z).sqrt();
         let reach = dot(&self.x, &self.x).sqrt();
         let noise = remainder * reach + ROUNDOFFS * f64::EPSILON * terms;

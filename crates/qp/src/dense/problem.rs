@@ -196,6 +196,32 @@ impl Problem {
         Residuals { stationarity, feasibility, complementarity }
     }
 
+    /// The program as the JSON that `soleus-inspect qp` reads: matrices as row-major nested lists, `null` = no bound, every
+    /// number in as many digits as give it back exactly.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        let number = |x: f64| if x.is_finite() { format!("{x:?}") } else { "null".to_owned() };
+        let list =
+            |values: &mut dyn Iterator<Item = f64>| format!("[{}]", values.map(number).collect::<Vec<_>>().join(","));
+        let vector = |v: &DVector<f64>| list(&mut v.iter().copied());
+        let matrix = |m: &DMatrix<f64>| {
+            let rows: Vec<String> = m.row_iter().map(|row| list(&mut row.iter().copied())).collect();
+            format!("[{}]", rows.join(","))
+        };
+        format!(
+            "{{\"P\":{},\"c\":{},\"A\":{},\"b\":{},\"C\":{},\"l\":{},\"u\":{},\"lb\":{},\"ub\":{}}}",
+            matrix(&self.P),
+            vector(&self.c),
+            matrix(&self.A),
+            vector(&self.b),
+            matrix(&self.C),
+            vector(&self.l),
+            vector(&self.u),
+            vector(&self.lb),
+            vector(&self.ub),
+        )
+    }
+
     /// Value `a x` of one row.
     #[must_use]
     pub fn row_value(&self, row: Row, x: &DVector<f64>) -> f64 {

@@ -78,8 +78,10 @@ impl FrictionCones {
     #[must_use]
     pub fn wrench(&self, intensities: &[f64]) -> Wrench {
         let mut sum = spatial::Vec6::zeros();
-        for (column, f) in self.map.column_iter().zip(intensities) {
-            sum += column * *f;
+        for (column, f) in self.map.as_slice().chunks_exact(6).zip(intensities) {
+            for (sum, g) in sum.iter_mut().zip(column) {
+                *sum += f * g;
+            }
         }
         Wrench::from_vector(&sum)
     }

@@ -1,6 +1,15 @@
 //! The whole-body controller on HRP-4.
+#![allow(non_snake_case)] // monogram notation
 
 #[path = "../support/mod.rs"]
 mod support;
 
+mod collision;
+mod fallback;
+mod integration;
+mod invariance;
+mod limits;
+mod observer;
+mod settings;
+mod start;
 mod walking;

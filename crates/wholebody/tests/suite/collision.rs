@@ -1,0 +1,157 @@
+//! Capsules against another library, and bodies that must not touch.
+
+use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
+use parry3d_f64::math::{Pose3, Vec3 as ParryVec};
+use parry3d_f64::query;
+use parry3d_f64::shape::Capsule as ParryCapsule;
+use spatial::{Twist, Vec3};
+use wholebody::{Capsule, FootTarget, SMOOTHING_M, StepStatus, WholeBody, proximity};
+
+struct Random(u64);
+
+impl Random {
+    fn signed(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn point(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+}
+
+fn capsules(random: &mut Random) -> [Capsule; 2] {
+    [0, 1].map(|_: usize| Capsule {
+        from: random.point(),
+        to: random.point(),
+        radius: 0.05 + 0.03 * random.signed().abs(),
+    })
+}
+
+#[test]
+fn exact_distances_agree_with_parry() {
+    let mut compared = 0;
+    for seed in 0..2000 {
+        let mut random = Random(seed);
+        let pair = capsules(&mut random);
+        let ours = proximity(&pair[0], &pair[1], 0.0);
+        if ours.distance < 0.02 {
+            continue; // their general algorithm measures separated shapes
+        }
+        let theirs = pair.map(|c| {
+            let at = |p: Vec3| ParryVec::new(p.x, p.y, p.z);
+            ParryCapsule::new(at(c.from), at(c.to), c.radius)
+        });
+        let distance =
+            query::distance(&Pose3::IDENTITY, &theirs[0], &Pose3::IDENTITY, &theirs[1]).expect("supported").distance;
+        assert!((ours.distance - distance).abs() < 2e-5, "seed {seed}: {} against {distance}", ours.distance);
+        compared += 1;
+    }
+    assert!(compared > 1000);
+}
+
+#[test]
+fn smoothing_lengthens_by_no_more_than_it_promises() {
+    for seed in 0..5000 {
+        let pair = capsules(&mut Random(seed));
+        let exact = proximity(&pair[0], &pair[1], 0.0);
+        let smooth = proximity(&pair[0], &pair[1], SMOOTHING_M);
+        let axes = exact.distance + pair[0].radius + pair[1].radius;
+        let excess = smooth.distance - exact.distance;
+        assert!(excess > -1e-12, "seed {seed}");
+        assert!(excess <= SMOOTHING_M * SMOOTHING_M / (4.0 * axes) + 1e-12, "seed {seed}: {excess:e}");
+        let across = smooth.on_first - smooth.on_second;
+        assert!((across.normalize() - smooth.normal).norm() < 1e-12 || axes < 1e-9);
+    }
+}
+
+#[test]
+fn the_witness_points_pass_through_parallel_without_a_jump() {
+    let fixed = Capsule { from: Vec3::new(-0.2, 0.0, 0.0), to: Vec3::new(0.2, 0.0, 0.0), radius: 0.05 };
+    let turned = |angle: f64| {
+        let (s, c) = angle.sin_cos();
+        Capsule { from: Vec3::new(-0.2 * c, 0.2, -0.2 * s), to: Vec3::new(0.2 * c, 0.2, 0.2 * s), radius: 0.05 }
+    };
+    // The second capsule also leans a little, so that its nearer end changes side.
+    let leaning = |angle: f64| {
+        let mut capsule = turned(0.3);
+        capsule.from.y += 0.2 * angle;
+        capsule.to.y -= 0.2 * angle;
+        capsule
+    };
+    let step = 1e-4;
+    let jump = |smoothing: f64| {
+        let mut largest: f64 = 0.0;
+        let mut last = proximity(&fixed, &leaning(-0.05), smoothing).on_first;
+        for k in -499..500 {
+            let now = proximity(&fixed, &leaning(f64::from(k) * step), smoothing).on_first;
+            largest = largest.max((now - last).norm());
+            last = now;
+        }
+        largest
+    };
+    let parallel_jump = {
+        let lean = |angle: f64| {
+            let mut capsule = turned(0.0);
+            capsule.from.y += 0.2 * angle;
+            capsule.to.y -= 0.2 * angle;
+            capsule
+        };
+        let mut largest: [f64; 2] = [0.0; 2];
+        for (k, smoothing) in [0.0, SMOOTHING_M].into_iter().enumerate() {
+            let mut last = proximity(&fixed, &lean(-0.01), smoothing).on_first;
+            for i in -999..1000 {
+                let now = proximity(&fixed, &lean(f64::from(i) * 1e-5), smoothing).on_first;
+                largest[k] = largest[k].max((now - last).norm());
+                last = now;
+            }
+        }
+        largest
+    };
+    assert!(parallel_jump[0] > 0.1, "without smoothing they jump: {parallel_jump:?}");
+    assert!(parallel_jump[1] < 0.02, "with it they slide: {parallel_jump:?}");
+    assert!(jump(SMOOTHING_M) < 0.02);
+}
+
+#[test]
+fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let settings = settings(&robot, &model);
+    let safety = settings.collision.safety_m;
+    let plan = Walk::straight(1);
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let mut state = start(body.model(), body.settings(), &plan.reference(0.0));
+    // Stand on the right foot's side: the walk's first swing, whose target is moved 70 mm inwards.
+    let mut distances = Vec::new();
+    let mut speeds: Vec<f64> = Vec::new();
+    let mut reached = false;
+    for tick in 0..(plan.duration_s() / PERIOD_S) as usize {
+        let mut reference = plan.reference(tick as f64 * PERIOD_S);
+        let swinging = reference.feet.iter().position(|foot| !foot.in_contact);
+        let Some(foot) = swinging else {
+            if reached {
+                break;
+            }
+            let report = body.step(&state, &reference, PERIOD_S);
+            (state.q, state.v) = (report.q_next.clone(), report.v_next.clone());
+            continue;
+        };
+        reached = true;
+        let inwards = if foot == 0 { -1.0 } else { 1.0 };
+        let mut pose = reference.feet[foot].ankle_pose;
+        pose.translation.y += inwards * 0.07;
+        reference.feet[foot] = FootTarget { ankle_twist: Twist::zero(), ..FootTarget::hanging(pose) };
+        let report = body.step(&state, &reference, PERIOD_S);
+        assert_ne!(report.status, StepStatus::Held, "tick {tick}: {:?}", report.contradiction);
+        distances.push(report.distance_min_m);
+        speeds.push(report.v_next[1]);
+        (state.q, state.v) = (report.q_next.clone(), report.v_next.clone());
+    }
+    let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(nearest > safety - 5e-4, "nearest {nearest} m");
+    assert!(nearest < safety + 5e-3, "the damper is what stops it: {nearest} m");
+    let last = &distances[distances.len() - 40..];
+    let spread = last.iter().copied().fold(0.0, f64::max) - last.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(spread < 2e-3, "held still at the end: {spread} m");
+}
