@@ -52,10 +52,9 @@ impl Program for RecorderProcess {
             // Asked before looking: what was published before the wish to stop is stored.
             let last_round = shell.asked_to_stop();
             shell.cycle_starts();
-            let stored_before = recorder.stored() + recorder.dropped();
-            let mut lost = recorder.dropped();
+            let mut drained = Drained { lost: recorder.dropped(), news: 0 };
             for input in &mut inputs {
-                lost += input.drain(&mut recorder)?;
+                input.drain(&mut recorder, &mut drained)?;
             }
             if flushed.elapsed().as_secs_f64() >= self.0.flush_period_s {
                 recorder.flush();
@@ -65,9 +64,9 @@ impl Program for RecorderProcess {
                 shell.figures().state = State::Holding.code();
                 shell.figures().reason = Reason::Storage.code();
             }
-            shell.figures().lost = lost;
+            shell.figures().lost = drained.lost;
             shell.figures().stored_tick = recorder.last_tick();
-            if recorder.stored() + recorder.dropped() > stored_before {
+            if drained.news > 0 {
                 shell.cycle_ends(recorder.last_tick())?;
             } else if last_round {
                 break;
@@ -82,29 +81,40 @@ impl Program for RecorderProcess {
     }
 }
 
+/// What a round brought.
+struct Drained {
+    /// Messages lost since the beginning.
+    lost: u64,
+    /// Messages of others. Our own health does not count: it would keep us busy with ourselves.
+    news: u64,
+}
+
 /// One topic.
 trait Input {
-    /// Stores everything that waits; says how many messages were lost so far.
-    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError>;
+    /// Stores everything that waits.
+    fn drain(&mut self, recorder: &mut Recorder, drained: &mut Drained) -> Result<(), ReceiveError>;
 }
 
 struct Messages<T: Message>(Topic<T>, Subscriber<T>);
 
 impl<T: Message> Input for Messages<T> {
-    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError> {
+    fn drain(&mut self, recorder: &mut Recorder, drained: &mut Drained) -> Result<(), ReceiveError> {
         while let Some(message) = self.1.try_next()? {
             recorder.store(self.0, &message);
+            drained.news += u64::from(self.0.row.from != Process::Recorder);
         }
-        Ok(self.1.counts().lost)
+        drained.lost += self.1.counts().lost;
+        Ok(())
     }
 }
 
 impl Input for PatternSubscriber {
-    fn drain(&mut self, recorder: &mut Recorder) -> Result<u64, ReceiveError> {
+    fn drain(&mut self, recorder: &mut Recorder, drained: &mut Drained) -> Result<(), ReceiveError> {
         while let Some(pattern) = self.latest()? {
             recorder.store_pattern(&pattern.header, &pattern.phases);
+            drained.news += 1;
         }
-        Ok(0)
+        Ok(())
     }
 }
 
