@@ -3,8 +3,10 @@
 use super::kernels::{axpy, combine, dot, project};
 
 /// A projection that keeps less than this part of a vector is repeated once: afterwards the remainder is orthogonal to the
-/// basis to working precision ("twice is enough", Kahan and Parlett; criterion of Daniel, Gragg, Kaufman, Stewart 1976).
-const KEPT_FRACTION: f64 = 0.7;
+/// basis to working precision ("twice is enough", Kahan and Parlett; criterion of Daniel, Gragg, Kaufman, Stewart 1976). At
+/// a tenth, one digit of orthogonality is given up at most, which the refinement of the solution does not notice, and most
+/// rows are projected once.
+const KEPT_FRACTION: f64 = 0.1;
 
 /// `D = Q R`: the columns of D are the gradients of the active constraints in `y = Lᵀ x`, Q has orthonormal columns.
 #[derive(Debug, Clone)]
@@ -151,7 +153,7 @@ mod tests {
         for i in 0..basis.len {
             for j in 0..basis.len {
                 let product = dot(&basis.q[i * n..(i + 1) * n], &basis.q[j * n..(j + 1) * n]);
-                assert!((product - f64::from(i == j)).abs() < 1e-14);
+                assert!((product - f64::from(i == j)).abs() < 1e-13);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! HRP-4, its walks as references, and an ideal plant.
 #![allow(dead_code)] // every test binary uses its own part
+#![allow(non_snake_case)] // monogram notation
 
 use gait::GaitSettings;
 use multibody::{Configuration, JointIndex, Model, ModelOptions};
@@ -214,11 +215,6 @@ pub fn walk(
         state.v.clone_from(&report.v_next);
     }
     state
-}
-
-/// Turns about the world's vertical axis, then shifts.
-pub fn moved_pose(pose: &Transform, X_WV: &Transform) -> Transform {
-    *X_WV * *pose
 }
 
 /// A reference seen from elsewhere.
