@@ -39,17 +39,35 @@ fn foot_target(foot: &FootDeformation) -> FootTarget {
     }
 }
 
-/// The plan that a command's references belong to.
-pub(crate) fn plan(pattern: &Reference, base: &Transform, ankles: &[Transform; 2]) -> Plan {
+/// The plan that a command's references belong to. `computed` are the wrenches of the whole-body step about the ankles, world axes:
+/// with the ZMP they make they are what the joint references need. The pattern's cart-table knows nothing of a swinging leg, whose
+/// angular momentum shifts the ZMP by about 1 cm; a stabiliser that is told the cart-table's takes that for a disturbance. Without a
+/// solved step the pattern's stand in.
+pub(crate) fn plan(
+    pattern: &Reference,
+    base: &Transform,
+    ankles: &[Transform; 2],
+    computed: Option<[Wrench; 2]>,
+) -> Plan {
+    let planned = |foot: usize| {
+        let planned = &pattern.feet[foot];
+        let zmp = Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0);
+        let moment = (zmp - ankles[foot].translation).cross(&planned.force);
+        Wrench { force: planned.force, moment }
+    };
+    let wrenches = computed.unwrap_or_else(|| [planned(0), planned(1)]);
+    let total = wrenches[0].about(&-ankles[0].translation) + wrenches[1].about(&-ankles[1].translation);
+    let zmp = match computed {
+        Some(_) if total.force.z > 0.0 => Vector2::new(-total.moment.y, total.moment.x) / total.force.z,
+        _ => pattern.zmp.position,
+    };
     let foot = |index: usize| {
         let (planned, ankle) = (&pattern.feet[index], &ankles[index]);
-        let zmp = Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0);
-        let moment = (zmp - ankle.translation).cross(&planned.force);
         PlanFoot {
             in_contact: u32::from(planned.in_contact),
             reserved: 0,
             load_share: planned.share.value,
-            wrench: Wrench { force: planned.force, moment }.to_vector().into(),
+            wrench: wrenches[index].to_vector().into(),
             ankle_position_m: ankle.translation.into(),
             ankle_rotation: row_major(&ankle.rotation),
         }
@@ -57,7 +75,7 @@ pub(crate) fn plan(pattern: &Reference, base: &Transform, ankles: &[Transform; 2
     Plan {
         base_position_m: base.translation.into(),
         base_rotation: row_major(&base.rotation),
-        zmp_m: pattern.zmp.position.into(),
+        zmp_m: zmp.into(),
         com_position_m: pattern.com_position().into(),
         com_velocity_m_per_s: pattern.com_velocity().into(),
         com_acceleration_m_per_s2: pattern.com_acceleration().into(),

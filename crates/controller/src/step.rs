@@ -199,6 +199,7 @@ impl ControllerProcess {
             ..self.last_command.unwrap_or_default()
         };
         command.joint_velocity_reference_rad_per_s.fill(0.0);
+        let mut computed = None;
         if mode == Mode::Holding {
             state.v.fill(0.0);
             command.status = Outcome::Held.code();
@@ -207,6 +208,7 @@ impl ControllerProcess {
             let wanted = reference(&walk.evaluate(now_s), &deformation, torso);
             let report = self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
             let held = report.status == StepStatus::Held;
+            computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
             self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
             self.summary.held += u64::from(held);
             self.summary.relaxed += u64::from(report.status == StepStatus::Relaxed);
@@ -226,7 +228,7 @@ impl ControllerProcess {
         let model = self.whole_body.model();
         forward_kinematics(model, &mut self.workspace, &state.q);
         let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
-        command.plan = plan(&next, &state.q.base, &ankles);
+        command.plan = plan(&next, &state.q.base, &ankles, computed);
         self.last_command = Some(command);
         if state_usable {
             self.observe(measured);
