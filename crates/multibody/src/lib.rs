@@ -54,6 +54,7 @@ mod crba;
 mod error;
 mod jacobian;
 mod kinematics;
+pub mod leg;
 mod model;
 mod rigid;
 mod rnea;

@@ -1,12 +1,20 @@
 //! Plans the walk and publishes the pattern (the paper's section 3, as a process).
 //!
 //! The configuration says where the feet go, how long the phases last and what is minimised; [`gait`] solves the quadratic
-//! program. Planned once, before anything moves; the process stays to serve those who come later.
+//! program. The finished pattern is measured once more on a 1 ms grid and refused if the soles cannot carry it (friction, ZMP) or the
+//! legs cannot follow (reach, joint limits), with time, foot and amount. Planned once, before anything moves; the process
+//! stays to serve those who come later.
+#![allow(non_snake_case)] // monogram notation, see the style guide
+
+mod check;
+mod reach;
 mod settings;
 
+pub use check::NotWalkable;
+pub use reach::{LegsError, RobotLegs};
 pub use settings::{PlannerError, PlannerSettings};
 
-use gait::Plan;
+use gait::{CheckReport, Plan};
 use messages::{PatternHeader, PatternPhase, write_pattern};
 use robot::Robot;
 
@@ -15,6 +23,8 @@ use robot::Robot;
 pub struct PlannerOutput {
     /// The plan and how it was found.
     pub plan: Plan,
+    /// What the check on the fine grid found.
+    pub check: CheckReport,
     /// What the phases have in common.
     pub header: PatternHeader,
     /// The phases.
@@ -29,6 +39,7 @@ pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
     let robot = Robot::load(&settings.robot)?;
     settings.check(&robot)?;
     let plan = gait::plan(&settings.gait)?;
+    let check = check::check(&plan, &settings.gait, &robot)?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
-    Ok(PlannerOutput { plan, header, phases })
+    Ok(PlannerOutput { plan, check, header, phases })
 }

@@ -38,6 +38,9 @@ pub enum PlannerError {
     /// The walk cannot be planned.
     #[error("gait: {0}")]
     Gait(#[from] GaitError),
+    /// The walk was planned, but cannot be walked.
+    #[error("the walk cannot be walked: {0}")]
+    NotWalkable(#[from] crate::NotWalkable),
     /// The pattern cannot be sent.
     #[error(transparent)]
     Pattern(#[from] messages::PatternRefused),

@@ -50,7 +50,6 @@ pub mod energy;
 mod fall;
 mod foot;
 pub mod ground;
-pub mod leg;
 mod linear;
 mod noise;
 mod plant;

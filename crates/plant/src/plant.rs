@@ -8,13 +8,13 @@ use spatial::{Transform, Vec3, Wrench};
 use crate::energy::{Energies, EnergyFlows};
 use crate::fall::{Fall, detect};
 use crate::foot::{Foot, PlantSole};
-use crate::leg::{LegError, LegGeometry};
 use crate::sensor::{PlantSensors, SensorBank};
 use crate::servo::{Servo, UnknownDrive};
 use crate::settings::{PlantSettings, SettingsError};
 use crate::stabiliser::{Leg, Plan, Stabiliser, StabiliserReport};
 use crate::step::{AppliedForce, Scene, State, StepTime, Stepper};
 use crate::truth::{FootTruth, Integration, Truth, zero_moment_point};
+use multibody::leg::{LegError, LegGeometry};
 
 /// Names of the frames and joints that the plant needs to know. Feet and legs are left, right.
 #[derive(Debug, Clone, PartialEq)]

@@ -26,7 +26,7 @@
 //!
 //! **5. Torso.** The base is turned about the planned centre of mass against the measured tilt, `d' = -k e - d/T`.
 //!
-//! **6. Joint angles** follow by the closed-form [inverse kinematics](crate::leg) of both legs; other joints keep their references.
+//! **6. Joint angles** follow by the closed-form [inverse kinematics](multibody::leg) of both legs; other joints keep their references.
 //!
 //! The measurements of a tick are compared with the plan of the *previous* command: the drives' ramp has just reached it.
 //!
@@ -52,10 +52,10 @@ use multibody::{FrameIndex, Model};
 use nalgebra::{DVector, Matrix2, Vector2};
 use spatial::{Mat3, Transform, Vec3, Wrench, so3};
 
-use crate::leg::LegGeometry;
 use crate::polygon::ConvexPolygon;
 use crate::sensor::PlantSensors;
 use crate::truth::zero_moment_point;
+use multibody::leg::LegGeometry;
 
 /// The plan that comes with a command: what the robot should do at the command's time.
 ///

@@ -1,11 +1,11 @@
 //! HRP-4 for tests: model, standing configurations, commands.
 
+use multibody::leg::LegGeometry;
 use multibody::{
     Configuration, FrameIndex, JointIndex, Model, ModelOptions, Workspace, center_of_mass, forward_kinematics,
     rnea_with_external,
 };
 use nalgebra::{DVector, Vector2};
-use plant::leg::LegGeometry;
 use plant::settings::DriveSettings;
 use plant::{CornerSettings, FootPlan, Plan, PlantCommand, PlantFrames, PlantSettings};
 use robot::Robot;

@@ -1,0 +1,171 @@
+//! What a pattern must fulfil beyond its own constraints before anybody walks it: soles that can carry it, legs that can follow.
+
+use gait::{CheckReport, GaitSettings, Plan, Quantity};
+use pattern::Side;
+use robot::{Friction, Robot};
+
+use crate::reach::{LegsError, RobotLegs};
+
+/// Grid of the check (s).
+const GRID_S: f64 = 1e-3;
+/// Share of the friction that a plan may use: towards 1 the distance a sole slides grows without bound.
+const FRICTION_USE_MAX: f64 = 0.99;
+/// Names of a leg's joints, from the hip.
+const JOINTS: [&str; 6] = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"];
+
+/// A walk that cannot be walked.
+#[derive(Debug, thiserror::Error)]
+pub enum NotWalkable {
+    /// The legs are not known.
+    #[error(transparent)]
+    Legs(#[from] LegsError),
+    /// More friction is needed than there is.
+    #[error(
+        "at {time_s:.3} s (step {step}) the feet need a friction of {needed:.3}, the sole gives {available:.3}: walk slower or raise gait.cost.lambda"
+    )]
+    Friction {
+        /// Walk time.
+        time_s: f64,
+        /// The swing.
+        step: u32,
+        /// Horizontal over vertical force.
+        needed: f64,
+        /// What may be used.
+        available: f64,
+    },
+    /// A foot's ZMP leaves the sole.
+    #[error(
+        "at {time_s:.3} s (step {step}) the ZMP of the {foot} foot is {by_m:.4} m outside its sole: raise gait.limits.zmp_margin_m or gait.discretisation.samples_per_polynomial"
+    )]
+    ZmpOutside {
+        /// Walk time.
+        time_s: f64,
+        /// The swing.
+        step: u32,
+        /// Which foot.
+        foot: &'static str,
+        /// By how much.
+        by_m: f64,
+    },
+    /// A leg is too short.
+    #[error(
+        "at {time_s:.3} s the {leg} leg is {by_m:.4} m too short: lower gait.body.com_height_m or shorten the steps"
+    )]
+    TooShort {
+        /// Walk time.
+        time_s: f64,
+        /// Which leg.
+        leg: &'static str,
+        /// By how much.
+        by_m: f64,
+    },
+    /// A joint would pass its limit.
+    #[error(
+        "at {time_s:.3} s the {joint} of the {leg} leg would be {by_deg:.2} degrees beyond its limit: change the steps or gait.body.com_height_m"
+    )]
+    Joint {
+        /// Walk time.
+        time_s: f64,
+        /// Which leg.
+        leg: &'static str,
+        /// Which joint.
+        joint: &'static str,
+        /// By how much.
+        by_deg: f64,
+    },
+}
+
+fn word(side: Side) -> &'static str {
+    match side {
+        Side::Left => "left",
+        Side::Right => "right",
+    }
+}
+
+/// Measures the plan on a 1 ms grid and refuses what robot and soles cannot do.
+pub(crate) fn check(plan: &Plan, gait: &GaitSettings, robot: &Robot) -> Result<CheckReport, NotWalkable> {
+    let legs = RobotLegs::new(robot)?;
+    let report = gait::check(plan, gait, GRID_S, Some(&legs));
+    let worst = |quantity: Quantity| report.worst.iter().find(|worst| worst.quantity == quantity);
+    let friction = match &robot.sole.friction {
+        Friction::Uniform(mu) => *mu,
+        Friction::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
+    };
+    let available = FRICTION_USE_MAX * friction;
+    // Comparisons are written so that a value that is not a number is refused.
+    if let Some(w) = worst(Quantity::FrictionDemand) {
+        let enough = w.value <= available;
+        if !enough {
+            return Err(NotWalkable::Friction { time_s: w.time_s, step: w.step, needed: w.value, available });
+        }
+    }
+    if let Some(w) = worst(Quantity::NegativeZmpMargin) {
+        let inside = w.value <= 0.0;
+        if !inside {
+            let foot = w.foot.map_or("loaded", word);
+            return Err(NotWalkable::ZmpOutside { time_s: w.time_s, step: w.step, foot, by_m: w.value });
+        }
+    }
+    if let Some(reach) = &report.reach {
+        let (extension_m, time_s, leg) = reach.extension;
+        let long_enough = extension_m >= 0.0;
+        if !long_enough {
+            return Err(NotWalkable::TooShort { time_s, leg: word(leg), by_m: -extension_m });
+        }
+        let (room_rad, time_s, leg, joint) = reach.joint;
+        let within = room_rad >= 0.0;
+        if !within {
+            let by_deg = -room_rad.to_degrees();
+            return Err(NotWalkable::Joint { time_s, leg: word(leg), joint: JOINTS[joint], by_deg });
+        }
+    }
+    Ok(report)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PlannerError, PlannerSettings};
+    use scenario::Setting;
+    use std::path::Path;
+
+    fn plan(changes: &[&str]) -> Result<crate::PlannerOutput, PlannerError> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/planner.toml");
+        let changes: Vec<Setting> = changes.iter().map(|text| text.parse().expect("a setting")).collect();
+        let settings: PlannerSettings = scenario::load(&file, &changes).expect("the configuration that ships is read");
+        crate::plan(&settings)
+    }
+
+    #[test]
+    fn the_walk_that_ships_leaves_room() {
+        let reach = plan(&[]).expect("it can be walked").check.reach.expect("legs were given");
+        // Half-sitting is bent by 41 degrees: the knee keeps most of it.
+        assert!(reach.extension.0 > 0.01, "{reach:?}");
+        assert!(reach.joint.0.to_degrees() > 5.0, "{reach:?}");
+    }
+
+    #[test]
+    fn a_body_that_is_too_high_is_refused_with_leg_and_amount() {
+        let refused = plan(&["gait.body.com_height_m=0.9"]).expect_err("no leg is that long");
+        let PlannerError::NotWalkable(NotWalkable::TooShort { by_m, .. }) = refused else { panic!("{refused}") };
+        assert!((0.02..0.2).contains(&by_m), "{by_m}");
+    }
+
+    #[test]
+    fn a_body_that_is_too_low_is_refused_with_the_joint() {
+        let refused = plan(&["gait.body.com_height_m=0.45"]).expect_err("no ankle bends that far");
+        assert!(matches!(refused, PlannerError::NotWalkable(NotWalkable::Joint { .. })), "{refused}");
+    }
+
+    #[test]
+    fn a_walk_on_ice_is_refused_for_its_friction() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let settings: PlannerSettings = scenario::load(&folder.join("../../config/planner.toml"), &[])
+            .expect("the configuration that ships is read");
+        let plan = gait::plan(&settings.gait).expect("it can be planned");
+        let mut robot = Robot::load(&settings.robot).expect("the robot that ships is read");
+        robot.sole.friction = Friction::Uniform(0.01);
+        let refused = check(&plan, &settings.gait, &robot).expect_err("no walk needs so little");
+        assert!(matches!(refused, NotWalkable::Friction { needed, .. } if needed > 0.01), "{refused}");
+    }
+}
