@@ -43,6 +43,17 @@ pub enum GroundShape {
         /// dz/dy.
         rise_y: f64,
     },
+    /// Stairs along x, level treads: the first rise is at `start_x_m`.
+    Steps {
+        /// Where the first step begins (m).
+        start_x_m: f64,
+        /// Depth of a step (m).
+        tread_m: f64,
+        /// Height of a step (m); negative leads down.
+        rise_m: f64,
+        /// Number of steps; level after the last.
+        count: u32,
+    },
     /// Smooth bumps: z = height/2 sin(2 pi x / length) sin(2 pi y / length).
     Bumps {
         /// From valley to crest (m).
@@ -76,6 +87,7 @@ impl GroundShape {
     fn check(&self) -> Result<(), SettingsError> {
         match self {
             Self::Flat | Self::Slope { .. } => Ok(()),
+            Self::Steps { tread_m, .. } => positive("ground.shape.tread_m", *tread_m),
             Self::Bumps { length_m, .. } => positive("ground.shape.length_m", *length_m),
             Self::HeightField { spacing_m, columns, heights_m, .. } => {
                 positive("ground.shape.spacing_m", *spacing_m)?;
@@ -98,6 +110,10 @@ impl GroundShape {
         match self {
             Self::Flat => (0.0, Vector2::zeros()),
             Self::Slope { rise_x, rise_y } => (rise_x * x + rise_y * y, Vector2::new(*rise_x, *rise_y)),
+            Self::Steps { start_x_m, tread_m, rise_m, count } => {
+                let climbed = (((x - start_x_m) / tread_m).floor() + 1.0).clamp(0.0, f64::from(*count));
+                (climbed * rise_m, Vector2::zeros())
+            }
             Self::Bumps { height_m, length_m } => {
                 let k = std::f64::consts::TAU / length_m;
                 let ((sx, cx), (sy, cy)) = ((k * x).sin_cos(), (k * y).sin_cos());
@@ -145,16 +161,17 @@ impl Ground for GroundSettings {
 mod tests {
     use super::*;
 
-    fn floors() -> [GroundSettings; 4] {
+    fn floors() -> [GroundSettings; 5] {
         shapes().map(|shape| GroundSettings { shape, friction_patches: Vec::new() })
     }
 
-    fn shapes() -> [GroundShape; 4] {
+    fn shapes() -> [GroundShape; 5] {
         let heights_m = (0..12).map(|i| 0.01 * f64::from((i * 7) % 5)).collect();
         [
             GroundShape::Flat,
             GroundShape::Slope { rise_x: 0.05, rise_y: -0.02 },
             GroundShape::Bumps { height_m: 0.01, length_m: 0.11 },
+            GroundShape::Steps { start_x_m: 0.1, tread_m: 0.25, rise_m: 0.02, count: 3 },
             GroundShape::HeightField { origin_m: [-0.1, -0.1], spacing_m: 0.1, columns: 4, heights_m },
         ]
     }
@@ -176,13 +193,21 @@ mod tests {
 
     #[test]
     fn a_height_field_meets_its_values() {
-        let floor = &floors()[3];
+        let floor = &floors()[4];
         for j in 0..3u32 {
             for i in 0..4u32 {
                 let (x, y) = (-0.1 + 0.1 * f64::from(i), -0.1 + 0.1 * f64::from(j));
                 let wanted = 0.01 * f64::from(((j * 4 + i) * 7) % 5);
                 assert!((floor.height_and_normal(x, y).0 - wanted).abs() < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn stairs_climb_by_their_rise_and_end() {
+        let heights = [0.0, 0.099, 0.101, 0.349, 0.351, 0.7, 9.0].map(|x| floors()[3].height_and_normal(x, 0.3).0);
+        for (found, wanted) in heights.into_iter().zip([0.0, 0.0, 0.02, 0.02, 0.04, 0.06, 0.06]) {
+            assert!((found - wanted).abs() < 1e-15, "{heights:?}");
         }
     }
 

@@ -31,6 +31,12 @@
 //! ramp linearly to it), one period after it was meant for; the whole robot runs that one period behind its plan, and the stabiliser compares
 //! accordingly.
 //!
+//! # What it costs
+//!
+//! `cargo bench -p plant`: a tick of HRP-4 (28 degrees of freedom, two soles of 72 contact points, five integration steps) has a median
+//! of 0.2-0.3 ms at rest and 0.3-0.7 ms when shoved about, one Newton step and two contact evaluations per foot and step (two cores of a
+//! shared x86-64 server under load; the high quantiles measured there are the scheduler's).
+//!
 //! # What is not modelled
 //!
 //! Elastic or worn gears, motor currents, temperature; flexible links; air; contact of anything but the soles (a link whose origin

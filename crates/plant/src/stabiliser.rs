@@ -317,7 +317,7 @@ impl Stabiliser {
             if foot.in_contact {
                 let error = moment - wanted[i].moment;
                 let rate = Vector2::new(error.x / s.roll_damping_nm_s_per_rad, error.y / s.pitch_damping_nm_s_per_rad);
-                *rotation += period_s * s.foot_damping_sign * rate;
+                *rotation += period_s * rate;
             }
             let relaxation = if foot.in_contact { s.relaxation_s } else { s.swing_relaxation_s };
             *rotation /= 1.0 + period_s / relaxation;

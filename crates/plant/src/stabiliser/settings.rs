@@ -12,9 +12,10 @@ pub struct StabiliserSettings {
     pub dcm_gain_per_s: f64,
     /// `k_i` (1/s).
     pub dcm_integral_gain_per_s: f64,
-    /// `D` about the foot's roll axis (N m s/rad).
+    /// `D` about the foot's roll axis (N m s/rad). Not zero; with a negative one the foot pushes against the moment instead of
+    /// yielding, and the robot falls: tests show so.
     pub roll_damping_nm_s_per_rad: f64,
-    /// `D` about its pitch axis (N m s/rad).
+    /// `D` about its pitch axis (N m s/rad); the same holds.
     pub pitch_damping_nm_s_per_rad: f64,
     /// `D_z` (N s/m).
     pub vertical_damping_n_s_per_m: f64,
@@ -39,9 +40,6 @@ pub struct StabiliserSettings {
     pub torso_relaxation_s: f64,
     /// Largest roll or pitch added to the base (rad).
     pub torso_rotation_max_rad: f64,
-    /// +1. With -1 the feet push against the moment instead of yielding, and the robot falls: for tests that show the sign
-    /// matters.
-    pub foot_damping_sign: f64,
 }
 
 impl Default for StabiliserSettings {
@@ -63,7 +61,6 @@ impl Default for StabiliserSettings {
             torso_gain_per_s: 1.0,
             torso_relaxation_s: 1.0,
             torso_rotation_max_rad: 0.1,
-            foot_damping_sign: 1.0,
         }
     }
 }
@@ -71,8 +68,8 @@ impl Default for StabiliserSettings {
 impl StabiliserSettings {
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         for (name, value) in [
-            ("roll_damping_nm_s_per_rad", self.roll_damping_nm_s_per_rad),
-            ("pitch_damping_nm_s_per_rad", self.pitch_damping_nm_s_per_rad),
+            ("roll_damping_nm_s_per_rad (magnitude)", self.roll_damping_nm_s_per_rad.abs()),
+            ("pitch_damping_nm_s_per_rad (magnitude)", self.pitch_damping_nm_s_per_rad.abs()),
             ("vertical_damping_n_s_per_m", self.vertical_damping_n_s_per_m),
             ("relaxation_s", self.relaxation_s),
             ("swing_relaxation_s", self.swing_relaxation_s),

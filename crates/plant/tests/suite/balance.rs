@@ -73,7 +73,8 @@ fn a_kick_of_two_centimetres_is_recovered_on_one_soft_sole() {
 #[test]
 fn with_the_sign_of_foot_damping_flipped_it_falls() {
     let mut settings = kicked(Vec3::zeros());
-    settings.stabiliser.foot_damping_sign = -1.0;
+    settings.stabiliser.roll_damping_nm_s_per_rad *= -1.0;
+    settings.stabiliser.pitch_damping_nm_s_per_rad *= -1.0;
     assert_eq!(kick(settings), None);
 }
 
