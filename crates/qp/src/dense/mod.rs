@@ -11,10 +11,20 @@
 //! | [`Interior`] | Clarabel with data updates: the independent second opinion |
 //! | [`Solver`] | what both offer |
 //!
-//! **Why two.** On recorded walking programs the active-set method takes about a hundredth of Clarabel's time with data
-//! updates and ends at the vertex itself (`cargo bench -p qp --bench recorded -- FOLDER` prints the comparison). Clarabel's
-//! interior point does not depend on a good guess and shares no code with it: it serves as oracle and as backend to compare
-//! with. Status, multipliers and residuals are those of the whole crate.
+//! **Why two.** The active-set method takes less than a fiftieth of Clarabel's time with data updates, ends at the vertex
+//! itself, and does not allocate. Clarabel's interior point does not depend on a good guess and shares no code with it: it
+//! serves as oracle and as backend to compare with. Status, multipliers and residuals are those of the whole crate.
+//!
+//! `cargo bench -p qp --bench recorded -- FOLDER` on 800 recorded walking programs (38 dof, 54 or 70 unknowns), thread CPU
+//! time on a shared two-core machine, built with `--profile dev`; *violation* in N, N m, m/s²:
+//!
+//! | solver | median us | p99 | max | ratio | changes or steps | violation |
+//! |---|---|---|---|---|---|---|
+//! | Clarabel, data updates, 1e-8 | 1265 | 1761 | 1837 | 1 | 14 | 5e-13 |
+//! | active set, warm | 22.4 | 53 | 82 | 0.0177 | 0.2 | 1e-12 |
+//! | active set, cold | 23.8 | 67 | 71 | 0.0188 | 3.4 | 1e-12 |
+//! | noisy: Clarabel | 1256 | 1848 | 1970 | 1 | 14 | 6e-13 |
+//! | noisy: active set, warm | 22.4 | 58 | 67 | 0.0178 | 1.1 | 1e-12 |
 //!
 //! References: Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic programs*,
 //! Math. Programming 27 (1983); Goulart and Chen, *Clarabel* (2024).

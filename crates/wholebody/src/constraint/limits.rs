@@ -84,7 +84,8 @@ mod tests {
                     let a = a.clamp(low, high);
                     q += v * dt + 0.5 * a * dt * dt;
                     v += a * dt;
-                    assert!(q <= LIMITS.upper + ROUNDING && q >= LIMITS.lower - ROUNDING, "dt {dt}: q {q}");
+                    let range = LIMITS.lower - ROUNDING..=LIMITS.upper + ROUNDING;
+                    assert!(range.contains(&q), "dt {dt}: q {q}");
                     assert!(v.abs() <= LIMITS.velocity + ROUNDING, "dt {dt}: v {v}");
                 }
             }

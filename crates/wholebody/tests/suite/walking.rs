@@ -147,5 +147,5 @@ fn every_cost_term_is_reported_and_the_program_can_be_solved_again() {
     let again = qp::dense::Solver::solve(&mut own, &problem);
     let (a, b) = (outcome.report.objective, again.report.objective);
     assert!((a - b).abs() < 1e-6 * a.abs().max(1.0), "a dumped program is solved again: {a} {b}");
-    assert!((&again.report.x.rows(0, report.acceleration.len()) - &report.acceleration).amax() < 1e-9);
+    assert!((again.report.x.rows(0, report.acceleration.len()) - &report.acceleration).amax() < 1e-9);
 }

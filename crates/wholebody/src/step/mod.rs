@@ -1,5 +1,8 @@
 //! One control step.
 
+mod fit;
+mod objective;
+
 use crate::collision::{Body, FrameList, Pairs};
 use crate::constraint::friction::FrictionCones;
 use crate::constraint::limits::JointLimits;
@@ -7,31 +10,21 @@ use crate::error::WholeBodyError;
 use crate::fallback;
 use crate::formulation::Formulation;
 use crate::layout::{ConstraintId, Layout};
-use crate::reference::{FootTarget, RobotState, WholeBodyReference};
-use crate::report::{ActiveConstraint, ContactError, FootForce, StepReport, StepStatus, TaskId, TaskReport, Timings};
+use crate::reference::{RobotState, WholeBodyReference};
+use crate::report::{ActiveConstraint, ContactError, FootForce, StepReport, StepStatus, Timings};
 use crate::settings::WholeBodySettings;
 use crate::task::{self, NormalEquations};
 use multibody::{Base, Model, WholeBodyTerms, Workspace, whole_body_terms};
 use nalgebra::{DVector, RowDVector};
 use qp::dense::{Active, Problem};
 use qp::{Residuals, Row, Status};
-use spatial::{Transform, Vec3, Vec6, Wrench};
-use std::ops::Range;
+use spatial::Vec6;
 
 /// Positions in the list of frames that a step computes.
 const TORSO: usize = 2;
 
 /// Nanoseconds of some clock, handed in by the process: libraries know none.
 pub type Clock = fn() -> u64;
-
-/// Rows of the normal equations that belong to one task.
-#[derive(Debug, Clone)]
-struct TaskRows {
-    id: TaskId,
-    rows: Range<usize>,
-    tracking_error: f64,
-    weight: f64,
-}
 
 /// The whole-body controller. Everything is allocated here; with the active-set backend a step allocates nothing.
 pub struct WholeBody {
@@ -49,7 +42,7 @@ pub struct WholeBody {
     pair_row: RowDVector<f64>,
     motion_rows: NormalEquations,
     force_rows: [NormalEquations; 2],
-    motion_tasks: Vec<TaskRows>,
+    motion_tasks: Vec<objective::TaskRows>,
     formulations: [Formulation; 4],
     contact_set: Option<usize>,
     increment: DVector<f64>,
@@ -67,7 +60,7 @@ impl WholeBody {
         if model.base() != Base::Floating {
             return Err(WholeBodyError::FixedBase);
         }
-        check(&settings)?;
+        fit::check(&settings)?;
         let mut frames = FrameList::default();
         let ankles = [model.frame(&settings.feet[0].ankle_link)?, model.frame(&settings.feet[1].ankle_link)?];
         frames.0.extend(ankles);
@@ -77,7 +70,7 @@ impl WholeBody {
             let slot = frames.slot(model.frame(&capsule.link)?);
             bodies.push(Body { slot, from: capsule.from_m, to: capsule.to_m, radius: capsule.radius_m });
         }
-        let pairs = resolve_pairs(&settings)?;
+        let pairs = fit::resolve_pairs(&settings)?;
         let pairs = Pairs::new(&settings.collision, bodies, pairs);
 
         let (nv, joints) = (model.nv(), model.joint_count());
@@ -85,7 +78,7 @@ impl WholeBody {
             let moving = (0..joints).filter(|j| model.moves(multibody::JointIndex(*j), ankle)).map(|j| nv - joints + j);
             (0..nv - joints).chain(moving).collect::<Vec<_>>()
         });
-        let limits = joint_limits(&model, &settings);
+        let limits = fit::joint_limits(&model, &settings);
         let mut posture: Vec<_> = (0..joints)
             .map(|j| {
                 let in_leg = foot_columns.iter().any(|columns| columns.contains(&(nv - joints + j)));
@@ -312,102 +305,6 @@ impl WholeBody {
         }
     }
 
-    fn write_objective(&mut self, set: usize, state: &RobotState, reference: &WholeBodyReference, dt_s: f64) {
-        self.gather_motion_tasks(reference, dt_s);
-        let Formulation { layout, problem, .. } = &mut self.formulations[set];
-        let base = self.model.base_dofs();
-        self.motion_rows.write(0, &mut problem.P, &mut problem.c);
-        for (j, (position, gains)) in self.posture.iter().enumerate() {
-            let kp = gains.stiffness_at(dt_s);
-            let desired = kp * (position - state.q.joints[j]) - 2.0 * kp.sqrt() * state.v[base + j];
-            problem.P[(base + j, base + j)] += gains.weight;
-            problem.c[base + j] -= gains.weight * desired;
-        }
-        let tasks = &self.settings.tasks;
-        let moment_weight = tasks.wrench_weight / (tasks.wrench_lever_m * tasks.wrench_lever_m);
-        for foot in layout.standing() {
-            let planned = planned_about_ankle(&reference.feet[foot], &self.terms.frames[foot].placement);
-            let rows = &mut self.force_rows[foot];
-            rows.clear();
-            for (axis, value) in planned.to_vector().iter().enumerate() {
-                let weight = if axis < 3 { tasks.wrench_weight } else { moment_weight };
-                rows.push(&self.cones[foot].map, axis, *value, weight);
-            }
-            let first = layout.force(foot);
-            rows.write(first, &mut problem.P, &mut problem.c);
-            for i in first..first + layout.intensities {
-                problem.P[(i, i)] += tasks.intensity_damping;
-            }
-        }
-        if let Some(weight) = tasks.torque_weight {
-            add_torques(layout, problem, &self.terms, weight);
-        }
-        task::mirror(&mut problem.P);
-    }
-
-    /// Rows of all tasks on motion, and their errors.
-    fn gather_motion_tasks(&mut self, reference: &WholeBodyReference, dt_s: f64) {
-        let Self { terms, settings, motion_rows: rows, motion_tasks: list, report, .. } = self;
-        let tasks = &settings.tasks;
-        rows.clear();
-        list.clear();
-        let mut begin = |id, first: usize, rows: &NormalEquations, error: &[f64], weight| {
-            list.push(TaskRows { id, rows: first..rows.len(), tracking_error: largest(error), weight });
-        };
-
-        let error = reference.com_position - terms.com;
-        let stiffness = tasks.com.stiffness_at(dt_s);
-        let desired = task::desired(
-            &reference.com_acceleration,
-            &(reference.com_velocity - terms.com_velocity),
-            &error,
-            stiffness,
-        );
-        for axis in 0..3 {
-            let weight = tasks.com.weight * if axis == 2 { tasks.com_height_factor } else { 1.0 };
-            rows.push(&terms.com_jacobian, axis, desired[axis] - terms.com_drift[axis], weight);
-        }
-        begin(TaskId::Com, 0, rows, error.as_slice(), tasks.com.weight);
-        report.body_error.fixed_rows_mut::<3>(0).copy_from(&error);
-
-        let torso = &terms.frames[TORSO];
-        let error = task::rotation_error(&reference.torso_rotation, &torso.placement.rotation);
-        let stiffness = tasks.torso.stiffness_at(dt_s);
-        let desired = task::desired(&Vec3::zeros(), &-torso.velocity.angular, &error, stiffness);
-        let first = rows.len();
-        for axis in 0..3 {
-            rows.push(&torso.jacobian, 3 + axis, desired[axis] - torso.drift[3 + axis], tasks.torso.weight);
-        }
-        begin(TaskId::Torso, first, rows, error.as_slice(), tasks.torso.weight);
-        report.body_error.fixed_rows_mut::<3>(3).copy_from(&error);
-
-        for (foot, target) in reference.feet.iter().enumerate().filter(|(_, target)| !target.in_contact) {
-            let frame = &terms.frames[foot];
-            let error = task::pose_error(&target.ankle_pose, &frame.placement);
-            let gains = [tasks.swing_position, tasks.swing_orientation];
-            let stiffness = gains.map(|g| g.stiffness_at(dt_s));
-            let desired =
-                task::desired_motion(frame, &error, &target.ankle_twist, &target.ankle_acceleration, stiffness);
-            for (part, id) in [TaskId::SwingPosition(foot), TaskId::SwingOrientation(foot)].into_iter().enumerate() {
-                let first = rows.len();
-                for axis in 3 * part..3 * part + 3 {
-                    rows.push(&frame.jacobian, axis, desired[axis] - frame.drift[axis], gains[part].weight);
-                }
-                begin(id, first, rows, &error.as_slice()[3 * part..3 * part + 3], gains[part].weight);
-            }
-        }
-
-        if let Some(gains) = tasks.angular_momentum {
-            let first = rows.len();
-            let rate = gains.stiffness.min(0.5 / dt_s);
-            for axis in 3..6 {
-                let target = -rate * terms.momentum[axis] - terms.centroidal_drift[axis];
-                rows.push(&terms.centroidal_matrix, axis, target, gains.weight);
-            }
-            begin(TaskId::AngularMomentum, first, rows, &terms.momentum.as_slice()[3..], gains.weight);
-        }
-    }
-
     fn conclude(
         &mut self,
         set: usize,
@@ -471,159 +368,4 @@ impl WholeBody {
             }
         }
     }
-
-    /// Error and cost of every objective; together the costs are twice the program's objective up to its constant.
-    fn report_tasks(&mut self, set: usize, reference: &WholeBodyReference, state: &RobotState, dt_s: f64) {
-        let Self { report, motion_rows, motion_tasks, force_rows, posture, settings, formulations, terms, .. } = self;
-        let layout = &formulations[set].layout;
-        let x = formulations[set].solver.outcome().report.x.as_slice();
-        let sum = |rows: &NormalEquations, range: Range<usize>, x: &[f64], weight: f64| {
-            range.fold((0.0_f64, 0.0), |(residual, cost), row| {
-                let defect = rows.weighted_defect(row, x).abs();
-                (residual.max(defect / weight.sqrt()), cost + defect * defect)
-            })
-        };
-        let motion = &x[..layout.nv];
-        for task in motion_tasks.iter() {
-            let (residual, cost) = sum(motion_rows, task.rows.clone(), motion, task.weight);
-            report.tasks.push(TaskReport { id: task.id, tracking_error: task.tracking_error, residual, cost });
-        }
-        let base = layout.nv - layout.joints;
-        let mut whole = TaskReport { id: TaskId::Posture, tracking_error: 0.0, residual: 0.0, cost: 0.0 };
-        for (j, (position, gains)) in posture.iter().enumerate() {
-            let kp = gains.stiffness_at(dt_s);
-            let error = position - state.q.joints[j];
-            let residual = motion[base + j] - kp * error + 2.0 * kp.sqrt() * state.v[base + j];
-            whole.tracking_error = whole.tracking_error.max(error.abs());
-            whole.residual = whole.residual.max(residual.abs());
-            whole.cost += gains.weight * residual * residual;
-        }
-        report.tasks.push(whole);
-        let tasks = &settings.tasks;
-        let mut damping = 0.0;
-        for foot in layout.standing() {
-            let first = layout.force(foot);
-            let f = &x[first..first + layout.intensities];
-            let planned = planned_about_ankle(&reference.feet[foot], &terms.frames[foot].placement);
-            let missed = report.feet[foot].wrench - planned;
-            let (_, cost) = sum(&force_rows[foot], 0..6, f, 1.0);
-            let residual = largest(missed.to_vector().as_slice());
-            report.tasks.push(TaskReport { id: TaskId::Wrench(foot), tracking_error: residual, residual, cost });
-            damping += tasks.intensity_damping * f.iter().map(|f| f * f).sum::<f64>();
-        }
-        let largest_intensity = largest(&x[layout.nv..]);
-        report.tasks.push(TaskReport {
-            id: TaskId::Damping,
-            tracking_error: 0.0,
-            residual: largest_intensity,
-            cost: damping,
-        });
-        if let Some(weight) = tasks.torque_weight {
-            let cost = weight * report.torques.norm_squared();
-            let residual = largest(report.torques.as_slice());
-            report.tasks.push(TaskReport { id: TaskId::Torque, tracking_error: 0.0, residual, cost });
-        }
-    }
-}
-
-/// `alpha |tau|²` with `tau = T x + h_a`, T the first rows of C.
-fn add_torques(layout: &Layout, problem: &mut Problem, terms: &WholeBodyTerms, weight: f64) {
-    let (n, rows, joints) = (problem.c.len(), problem.C.nrows(), layout.joints);
-    let bias = &terms.bias.as_slice()[layout.nv - joints..];
-    let column = |j: usize| &problem.C.as_slice()[j * rows..j * rows + joints];
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |sum, (a, b)| a.mul_add(*b, sum));
-    for j in 0..n {
-        problem.c[j] += weight * dot(column(j), bias);
-        for i in j..n {
-            let product = weight * dot(column(i), column(j));
-            let coupled = j < layout.nv && i >= layout.nv;
-            // Blocks that couple motion and intensities are written by nobody else.
-            problem.P[(i, j)] = if coupled { product } else { problem.P[(i, j)] + product };
-        }
-    }
-}
-
-/// The planned wrench, given about the planned ZMP, about the ankle's origin.
-fn planned_about_ankle(target: &FootTarget, ankle: &Transform) -> Wrench {
-    let zmp = Vec3::new(target.zmp.x, target.zmp.y, 0.0);
-    target.wrench.about(&(ankle.translation - zmp))
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |s: f64, x| s.max(x.abs()))
-}
-
-fn joint_limits(model: &Model, settings: &WholeBodySettings) -> Vec<JointLimits> {
-    let constraints = &settings.constraints;
-    model
-        .joints()
-        .iter()
-        .map(|joint| {
-            let limits = joint.limits;
-            let margin = constraints.position_margin_rad.min(0.25 * (limits.upper - limits.lower));
-            JointLimits {
-                lower: limits.lower + margin,
-                upper: limits.upper - margin,
-                velocity: constraints.velocity_fraction * limits.velocity,
-                torque: constraints.torque_fraction * limits.effort,
-                braking: constraints.braking_rad_per_s2,
-                acceleration: constraints.acceleration_max_rad_per_s2,
-            }
-        })
-        .collect()
-}
-
-fn resolve_pairs(settings: &WholeBodySettings) -> Result<Vec<[usize; 2]>, WholeBodyError> {
-    let position = |name: &String| {
-        settings
-            .collision
-            .capsules
-            .iter()
-            .position(|capsule| capsule.name == *name)
-            .ok_or_else(|| WholeBodyError::UnknownCapsule { name: name.clone() })
-    };
-    settings.collision.pairs.iter().map(|[a, b]| Ok([position(a)?, position(b)?])).collect()
-}
-
-/// Settings that the equations cannot take.
-fn check(settings: &WholeBodySettings) -> Result<(), WholeBodyError> {
-    let positive = |setting: &'static str, found: f64| {
-        if found > 0.0 && found.is_finite() {
-            Ok(())
-        } else {
-            Err(WholeBodyError::Setting { setting, found, expected: "positive and finite" })
-        }
-    };
-    let (tasks, constraints, collision) = (&settings.tasks, &settings.constraints, &settings.collision);
-    for (setting, gains) in [
-        ("tasks.com", tasks.com),
-        ("tasks.torso", tasks.torso),
-        ("tasks.posture", tasks.posture),
-        ("tasks.leg_posture", tasks.leg_posture),
-        ("tasks.swing_position", tasks.swing_position),
-        ("tasks.swing_orientation", tasks.swing_orientation),
-    ] {
-        positive(setting, gains.weight)?;
-        positive(setting, gains.stiffness)?;
-    }
-    positive("tasks.com_height_factor", tasks.com_height_factor)?;
-    positive("tasks.wrench_lever_m", tasks.wrench_lever_m)?;
-    positive("tasks.intensity_damping", tasks.intensity_damping)?;
-    positive("sole.length_m", settings.sole.length_m)?;
-    positive("sole.width_m", settings.sole.width_m)?;
-    positive("constraints.friction", constraints.friction)?;
-    positive("constraints.torque_fraction", constraints.torque_fraction)?;
-    positive("constraints.velocity_fraction", constraints.velocity_fraction)?;
-    positive("constraints.braking_rad_per_s2", constraints.braking_rad_per_s2)?;
-    positive("constraints.acceleration_max_rad_per_s2", constraints.acceleration_max_rad_per_s2)?;
-    positive("collision.damping_m_per_s", collision.damping_m_per_s)?;
-    positive("collision.interaction_m - collision.safety_m", collision.interaction_m - collision.safety_m)?;
-    if constraints.generators_per_point < 3 {
-        return Err(WholeBodyError::Setting {
-            setting: "constraints.generators_per_point",
-            found: constraints.generators_per_point as f64,
-            expected: "at least 3",
-        });
-    }
-    Ok(())
 }

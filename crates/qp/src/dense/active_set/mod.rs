@@ -23,11 +23,16 @@
 //! **Accuracy.** When no row is violated, the residuals are computed from the data, and the point and its multipliers are
 //! improved with the factors at hand (iterative refinement) as long as that helps.
 
+mod contradiction;
+mod refinement;
+mod rows;
+
 use super::basis::Basis;
 use super::cholesky::Cholesky;
-use super::kernels::{axpy, combine, dot, project};
+use super::kernels::{axpy, combine, dot};
 use super::{Active, Outcome, Problem, Side, Size, Solver};
-use crate::{Conflict, Residuals, Row, Status};
+use crate::{Conflict, Row, Status};
+use rows::{label, lengths_of_rows, name};
 
 /// Limits of [`ActiveSet`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,18 +53,12 @@ impl Default for ActiveSetSettings {
 const SUSPICIOUS_FRACTION: f64 = 1e-6;
 /// Multiple of the unit roundoff times |a||x| below which the sign of a row's violation means nothing.
 const ROUNDOFFS: f64 = 32.0;
-/// Rows with a smaller share in a vanishing combination are rounding, not part of the conflict.
-const CONFLICT_SHARE: f64 = 1e-9;
 /// How often rows that were tolerated are looked at again.
 const REVIVALS_MAX: usize = 8;
 /// Most corrections per solve.
 const REFINEMENTS_MAX: usize = 3;
-/// Stationarity, relative to its largest term, that needs no correction.
-const STATIONARITY_GOAL: f64 = 1e-13;
 /// Largest relative violation of a solution that is called inaccurate and not a failure.
 const INACCURATE: f64 = 1e-6;
-/// Passes of [`ActiveSet::sharpen`]: the first corrects the combination, the second the remainder.
-const SHARPENINGS: usize = 2;
 /// Active sets remembered to notice one that returns.
 const HISTORY: usize = 64;
 /// The tolerance is raised at most this far when sets return.
@@ -372,10 +371,6 @@ impl ActiveSet {
         combine(problem.C.as_slice(), m, 0, &self.x, inequalities);
     }
 
-    fn value(&self, row: usize) -> f64 {
-        if row < self.values.len() { self.values[row] } else { self.x[row - self.values.len()] }
-    }
-
     /// The row with the largest violation relative to the length of its gradient.
     fn most_violated(&self, problem: &Problem, tolerance: Tolerance) -> Option<Violated> {
         let Size { equalities: e, inequalities: m, .. } = self.size;
@@ -482,82 +477,6 @@ impl ActiveSet {
         (step, leaving)
     }
 
-    /// A short remainder z is what is left of numbers that cancelled, and `d = L⁻¹ a` is only as good as L is well
-    /// conditioned. This computes the combination `a - Σ rₖ aₖ` from the data, where it loses nothing, and z, h and r anew
-    /// from there. Returns ‖z‖, and whether the rows depend on each other to rounding of the data.
-    fn sharpen(&mut self, problem: &Problem, row: usize) -> (f64, bool) {
-        let q = self.held.len();
-        let mut norm = 0.0;
-        let mut depends = false;
-        for _ in 0..SHARPENINGS {
-            let terms = self.combine_rows(problem, row);
-            let remainder = dot(&self.z, &self.z).sqrt();
-            depends = remainder <= ROUNDOFFS * f64::EPSILON * terms;
-            self.cholesky.solve_lower(&mut self.z);
-            norm = self.basis.split(&mut self.z, &mut self.w);
-            axpy(1.0, &self.w[..q], &mut self.h[..q]);
-            self.basis.solve_upper(&mut self.w);
-            axpy(1.0, &self.w[..q], &mut self.r[..q]);
-        }
-        (norm, depends || norm == 0.0)
-    }
-
-    /// z <- `a - Σ rₖ aₖ`. Returns the sum of the terms' lengths. Overwrites `gradient`.
-    fn combine_rows(&mut self, problem: &Problem, row: usize) -> f64 {
-        std::mem::swap(&mut self.d, &mut self.gradient); // d is still needed
-        self.gather(problem, row);
-        self.z.copy_from_slice(&self.d);
-        let mut terms = self.norms[row];
-        for k in 0..self.held.len() {
-            let (held, r) = (self.held[k], self.r[k]);
-            self.gather(problem, held.row);
-            axpy(-r, &self.d, &mut self.z);
-            terms += (r * self.norms[held.row]).abs();
-        }
-        std::mem::swap(&mut self.d, &mut self.gradient);
-        terms
-    }
-
-    /// Whether the combination `a - Σ rₖ aₖ`, which vanishes to rounding, really asks too much of its limits: judged from
-    /// the data, for the violation of one row at an inexact point proves nothing.
-    fn is_proven(&mut self, problem: &Problem, entering: Violated) -> bool {
-        let limit = limit_of(problem, self.size, entering.row, entering.sign);
-        let (mut demanded, mut terms) = (limit, limit.abs());
-        for k in 0..self.held.len() {
-            let term = self.r[k] * self.limit(problem, self.held[k]);
-            demanded -= term;
-            terms += term.abs();
-        }
-        self.combine_rows(problem, entering.row);
-        let remainder = dot(&self.z, &self.z).sqrt();
-        let reach = dot(&self.x, &self.x).sqrt();
-        let noise = remainder * reach + ROUNDOFFS * f64::EPSILON * terms;
-        entering.sign * demanded > noise
-    }
-
-    /// The certificate: `a = Σ rₖ aₖ` to rounding, while the limits contradict each other. Multipliers and weights are
-    /// positive at upper sides.
-    fn describe_contradiction(&mut self, problem: &Problem, entering: Violated) {
-        self.x.copy_from_slice(&self.y);
-        self.cholesky.solve_upper(&mut self.x);
-        let value = row_times(problem, self.size, entering.row, &self.x);
-        let contradiction = &mut self.outcome.contradiction;
-        contradiction.amount = (limit_of(problem, self.size, entering.row, entering.sign) - value).abs();
-        contradiction.unmet = Some(name(self.size, entering.row));
-        let share = |row: usize, weight: f64| (weight * self.norms[row]).abs();
-        let pairs = self.held.iter().zip(&self.r).map(|(k, r)| (k.row, *r));
-        let largest = pairs.clone().fold(share(entering.row, 1.0), |s, (row, r)| s.max(share(row, r)));
-        contradiction.rows.push(Conflict { row: name(self.size, entering.row), weight: -entering.sign });
-        for (row, r) in pairs {
-            if share(row, r) > CONFLICT_SHARE * largest {
-                contradiction.rows.push(Conflict { row: name(self.size, row), weight: entering.sign * r });
-            }
-        }
-        let heaviest = contradiction.rows.iter().fold(0.0, |s: f64, c| s.max(c.weight.abs()));
-        contradiction.rows.iter_mut().for_each(|c| c.weight /= heaviest);
-        contradiction.rows.sort_unstable_by(|a, b| b.weight.abs().total_cmp(&a.weight.abs()));
-    }
-
     /// Loosens the tolerance when an active set returns.
     fn notice_return(&mut self) {
         let mark = self.held.iter().fold(1, |sum, k| sum ^ scrambled(2 * k.row as u64 + u64::from(k.sign > 0.0)));
@@ -567,133 +486,6 @@ impl ActiveSet {
         }
         self.history.copy_within(..HISTORY - 1, 1);
         self.history[0] = mark;
-    }
-
-    /// Writes point, multipliers and residuals into the report. Returns the largest defect, in units of what is accepted.
-    fn judge(&mut self, problem: &Problem) -> f64 {
-        let Size { variables: n, equalities: e, inequalities: m } = self.size;
-        self.evaluate(problem, true);
-        let report = &mut self.outcome.report;
-        report.x.as_mut_slice().copy_from_slice(&self.x);
-        report.y_eq.fill(0.0);
-        report.y_in.fill(0.0);
-        report.y_bound.fill(0.0);
-        for (k, u) in self.held.iter().zip(&self.u) {
-            match name(self.size, k.row) {
-                Row::Equality(i) => report.y_eq[i] = -u,
-                Row::Inequality(i) => report.y_in[i] = -u,
-                Row::Bound(i) => report.y_bound[i] = -u,
-            }
-        }
-        let gradient = &mut self.gradient;
-        gradient.fill(0.0);
-        combine(problem.P.as_slice(), n, 0, &self.x, gradient);
-        report.objective = 0.5 * dot(gradient, &self.x) + dot(problem.c.as_slice(), &self.x);
-        let mut term = largest(gradient).max(largest(problem.c.as_slice())).max(largest(report.y_bound.as_slice()));
-        axpy(1.0, problem.c.as_slice(), gradient);
-        axpy(1.0, report.y_bound.as_slice(), gradient);
-        // d is free here: Aᵀ y, then Cᵀ y.
-        for (matrix, rows, y) in [(&problem.A, e, &report.y_eq), (&problem.C, m, &report.y_in)] {
-            project(matrix.as_slice(), rows, 0, y.as_slice(), &mut self.d);
-            term = term.max(largest(&self.d));
-            axpy(1.0, &self.d, gradient);
-        }
-        let stationarity = largest(gradient) / term.max(1.0);
-        // Rounding of P x itself, which may cancel: |P_ij| is at most the largest diagonal entry.
-        let steepest = problem.P.as_slice().iter().step_by(n + 1).fold(0.0, |s: f64, p| s.max(*p));
-        let evaluation = 4.0 * f64::EPSILON * steepest * dot(&self.x, &self.x).sqrt();
-        let mut defect = largest(gradient) / (STATIONARITY_GOAL * term).max(evaluation).max(f64::MIN_POSITIVE);
-
-        let (targets, rows) = (problem.b.as_slice(), &self.values[e..]);
-        let missed = self.values[..e].iter().zip(targets).fold(0.0, |s: f64, (v, b)| s.max((v - b).abs()));
-        let outside = |values: &[f64], lower: &[f64], upper: &[f64]| {
-            let sides = lower.iter().zip(upper);
-            values.iter().zip(sides).fold(0.0, |s: f64, (v, (l, u))| s.max(l - v).max(v - u))
-        };
-        let beyond = outside(rows, problem.l.as_slice(), problem.u.as_slice());
-        let out_of_bounds = outside(&self.x, problem.lb.as_slice(), problem.ub.as_slice());
-        self.outcome.violation = missed.max(beyond).max(out_of_bounds);
-        let (row_scale, x_scale) = (largest(rows).max(1.0), largest(&self.x).max(1.0));
-        let target_scale = largest(&self.values[..e]).max(largest(targets)).max(1.0);
-        let feasibility = (missed / target_scale).max(beyond / row_scale).max(out_of_bounds / x_scale);
-
-        let y_scale = largest(report.y_in.as_slice()).max(largest(report.y_bound.as_slice())).max(1.0);
-        let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
-        let mut complementarity: f64 = 0.0;
-        for (k, u) in self.held.iter().zip(&self.u) {
-            let is_bound = k.row >= e + m;
-            let value = if is_bound { self.x[k.row - e - m] } else { self.values[k.row] };
-            let distance = (value - limit_of(problem, self.size, k.row, k.sign)).abs();
-            defect = defect.max(distance / (self.settings.feasibility_tolerance + rounding * self.norms[k.row]));
-            if k.sign != 0.0 {
-                let scale = y_scale * if is_bound { x_scale } else { row_scale };
-                complementarity = complementarity.max(distance * u.abs() / scale).max(-k.sign * u / y_scale);
-            }
-        }
-        let report = &mut self.outcome.report;
-        report.residuals = Residuals { stationarity, feasibility, complementarity };
-        if self.x.iter().all(|x| x.is_finite()) { defect } else { f64::NAN }
-    }
-
-    /// One correction of x, y and u from the residuals that [`Self::judge`] left: solves
-    /// `P dx - Dᵀ.. du = -gradient`, `a dx = limit - a x` for the held rows with the factors at hand.
-    fn refine(&mut self, problem: &Problem) {
-        let q = self.held.len();
-        for (z, g) in self.z.iter_mut().zip(&self.gradient) {
-            *z = -g;
-        }
-        self.cholesky.solve_lower(&mut self.z);
-        self.basis.project(&self.z, &mut self.h);
-        for k in 0..q {
-            self.w[k] = self.limit(problem, self.held[k]) - self.value(self.held[k].row);
-        }
-        self.basis.solve_lower(&mut self.w);
-        for (w, h) in self.w[..q].iter_mut().zip(&self.h) {
-            *w -= h;
-        }
-        self.basis.combine(&self.w, &mut self.z);
-        axpy(1.0, &self.z, &mut self.y);
-        self.cholesky.solve_upper(&mut self.z);
-        axpy(1.0, &self.z, &mut self.x);
-        self.basis.solve_upper(&mut self.w);
-        axpy(1.0, &self.w[..q], &mut self.u[..q]);
-    }
-
-    /// d <- gradient of a row.
-    fn gather(&mut self, problem: &Problem, row: usize) {
-        let Size { equalities: e, inequalities: m, .. } = self.size;
-        if row < e + m {
-            let (matrix, rows, row) = if row < e { (&problem.A, e, row) } else { (&problem.C, m, row - e) };
-            for (d, a) in self.d.iter_mut().zip(matrix.as_slice()[row..].iter().step_by(rows)) {
-                *d = *a;
-            }
-        } else {
-            self.d.fill(0.0);
-            self.d[row - e - m] = 1.0;
-        }
-    }
-
-    fn sides(&self, problem: &Problem, row: usize) -> (f64, f64) {
-        (limit_of(problem, self.size, row, 1.0), limit_of(problem, self.size, row, -1.0))
-    }
-
-    fn limit(&self, problem: &Problem, held: Held) -> f64 {
-        limit_of(problem, self.size, held.row, held.sign)
-    }
-
-    /// The multipliers of an infeasible program are the certificate.
-    fn write_certificate(&mut self) {
-        let Outcome { report, contradiction, .. } = &mut self.outcome;
-        report.y_eq.fill(0.0);
-        report.y_in.fill(0.0);
-        report.y_bound.fill(0.0);
-        for Conflict { row, weight } in &contradiction.rows {
-            match *row {
-                Row::Equality(i) => report.y_eq[i] += weight,
-                Row::Inequality(i) => report.y_in[i] += weight,
-                Row::Bound(i) => report.y_bound[i] += weight,
-            }
-        }
     }
 
     /// Keeps what was held as the guess for the next solve, and names it in the report.
@@ -749,67 +541,6 @@ impl Solver for ActiveSet {
     fn forget(&mut self) {
         self.guess.clear();
     }
-}
-
-/// Largest absolute value; not a number if any entry is not.
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |s: f64, x| if x.is_nan() { f64::NAN } else { s.max(x.abs()) })
-}
-
-/// Euclidean lengths of the rows of a matrix stored by columns.
-fn lengths_of_rows(matrix: &[f64], columns: usize, out: &mut [f64]) {
-    let rows = out.len();
-    out.fill(0.0);
-    for j in 0..columns {
-        for (sum, a) in out.iter_mut().zip(&matrix[j * rows..(j + 1) * rows]) {
-            *sum = a.mul_add(*a, *sum);
-        }
-    }
-    for x in out {
-        *x = x.sqrt();
-    }
-}
-
-fn limit_of(problem: &Problem, size: Size, row: usize, sign: f64) -> f64 {
-    match name(size, row) {
-        Row::Equality(i) => problem.b[i],
-        Row::Inequality(i) if sign > 0.0 => problem.l[i],
-        Row::Inequality(i) => problem.u[i],
-        Row::Bound(i) if sign > 0.0 => problem.lb[i],
-        Row::Bound(i) => problem.ub[i],
-    }
-}
-
-fn row_times(problem: &Problem, size: Size, row: usize, x: &[f64]) -> f64 {
-    let strided = |matrix: &[f64], rows: usize, row: usize| {
-        matrix[row..].iter().step_by(rows).zip(x).fold(0.0, |sum, (a, x)| a.mul_add(*x, sum))
-    };
-    match name(size, row) {
-        Row::Equality(i) => strided(problem.A.as_slice(), size.equalities, i),
-        Row::Inequality(i) => strided(problem.C.as_slice(), size.inequalities, i),
-        Row::Bound(i) => x[i],
-    }
-}
-
-fn name(size: Size, row: usize) -> Row {
-    let Size { equalities: e, inequalities: m, .. } = size;
-    if row < e {
-        Row::Equality(row)
-    } else if row < e + m {
-        Row::Inequality(row - e)
-    } else {
-        Row::Bound(row - e - m)
-    }
-}
-
-fn label(size: Size, held: Held) -> Active {
-    let row = name(size, held.row);
-    let side = match row {
-        Row::Equality(_) => Side::Both,
-        _ if held.sign > 0.0 => Side::Lower,
-        _ => Side::Upper,
-    };
-    Active { row, side }
 }
 
 /// One step of SplitMix64 (Steele, Lea, Flood 2014): a hash whose exclusive-or over a set marks the set.
