@@ -15,7 +15,7 @@ CASES = [
     ("g1_29dof_rev_1_0.urdf", ["left_ankle_roll_link", "right_ankle_roll_link", "left_wrist_yaw_link", "right_wrist_yaw_link", "torso_link"]),
     ("hrp4.urdf", ["l_ankle", "r_ankle", "l_wrist", "r_wrist", "torso"]),
 ]
-FLAGS = ["-std=c++17", "-O3", "-march=native", "-DNDEBUG"]
+FLAGS = ["-std=c++17", "-O3", "-march=native", "-DNDEBUG", "-w"]
 # Pinocchio has more joint types than Boost lists hold by default.
 FLAGS += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]
 
@@ -71,12 +71,15 @@ def main():
             for best, command in ((theirs, [cpp, model, str(len(frames))]), (ours, [rust, urdf, *frames])):
                 for key, value in run(command).items():
                     best[key] = min(best.get(key, value), value)
-        print(f"\n{name}, nv = {ours['nv']}\n| ns per call | Soleus | Pinocchio | ratio |\n|---|---|---|---|")
+        print(f"\n{name}, nv = {ours['nv']}\n| ns per call | Soleus | Pinocchio | ratio | dynibo | ratio |\n|---|---|---|---|---|---|")
         for key, value in ours.items():
-            if key == "nv":
+            if key == "nv" or key.startswith("dynibo"):
                 continue
-            yardstick = min(time for other, time in theirs.items() if other.startswith(key))
-            print(f"| {key} | {value:.0f} | {yardstick:.0f} | {value / yardstick:.2f} |")
+            yardstick = min((time for other, time in theirs.items() if other.startswith(key)), default=None)
+            columns = [f"{value:.0f}"]
+            for other in (yardstick, ours.get(f"dynibo {key}")):
+                columns += [f"{other:.0f}", f"{value / other:.2f}"] if other else ["-", "-"]
+            print(f"| {key} | {' | '.join(columns)} |")
 
 
 if __name__ == "__main__":

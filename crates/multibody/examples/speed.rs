@@ -1,4 +1,4 @@
-//! Time per call of every algorithm, as JSON; `tools/oracles/speed.py` runs it interleaved with Pinocchio.
+//! Time per call of every algorithm and of dynibo's, as JSON; `tools/oracles/speed.py` runs it interleaved with Pinocchio.
 //!
 //! `cargo run --release -p multibody --example speed -- ROBOT.urdf FRAME...`
 #![allow(clippy::print_stdout)] // its result
@@ -75,5 +75,20 @@ fn main() {
         }
     });
     time("whole-body terms", &mut |s| whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms)));
+    // dynibo takes its base state in world axes, and has no centre of mass, momentum or shared pass.
+    let mut robot = dynibo::FloatingRobot::from_urdf(&path).expect("dynibo reads it too");
+    let base = dynibo::BaseState::stationary(dynibo::Frame::identity()).expect("a pose");
+    let (mut vector, mut matrix) = (vec![0.0; nv], vec![0.0; nv * nv]);
+    time("dynibo RNEA", &mut |s| {
+        let (q, v, a) = (s.q.joints.as_slice(), &s.v.as_slice()[6..], &s.a.as_slice()[6..]);
+        robot.inverse_dynamics(&base, q, v, a, &[], black_box(&mut vector)).expect("finite input");
+    });
+    time("dynibo CRBA", &mut |s| {
+        robot.mass_matrix(&base, s.q.joints.as_slice(), black_box(&mut matrix)).expect("finite input");
+    });
+    time("dynibo ABA", &mut |s| {
+        let (q, v) = (s.q.joints.as_slice(), &s.v.as_slice()[6..]);
+        robot.forward_dynamics(&base, q, v, s.tau.as_slice(), &[], black_box(&mut vector)).expect("finite input");
+    });
     println!("{{{}}}", results.join(", "));
 }

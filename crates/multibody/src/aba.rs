@@ -220,7 +220,7 @@ impl Articulated {
 
 /// Velocities, rigid inertias and velocity-product wrenches of all bodies.
 fn velocities(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
-    sines(model, ws, q);
+    sines(model, &mut ws.sines, q);
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate() {
         let mut part = Articulated::default();

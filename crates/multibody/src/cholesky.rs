@@ -50,8 +50,7 @@ impl MassFactor {
         self.l.copy_from_slice(mass_matrix.as_slice());
         for k in (0..n).rev() {
             let pivot = self.l[k * n + k];
-            // Also false for NaN.
-            if !(pivot > 0.0) {
+            if pivot <= 0.0 || pivot.is_nan() {
                 return Err(NotPositiveDefinite { column: k, pivot });
             }
             let (above, below) = self.l.split_at_mut(k * n);

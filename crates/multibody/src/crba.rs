@@ -1,48 +1,57 @@
 //! Mass matrix by the composite-rigid-body algorithm (Featherstone 2008, table 6.2).
 
-use crate::kinematics::place;
-use crate::rigid::{RigidInertia, power};
+use crate::kinematics::{place, sines};
+use crate::rigid::{RigidInertia, power, unrotate};
+use crate::workspace::BodyMotion;
 use crate::{Base, Configuration, Model, Workspace};
 use nalgebra::DMatrix;
 use spatial::{Mat3, Wrench, so3};
 
 /// `out = M(q)`, full and symmetric, nv x nv.
 pub fn crba(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMatrix<f64>) {
-    ws.origin = q.base.translation;
-    // M does not depend on where the base is: in base axes its rows for the base need no rotation.
-    place(model, ws, &Mat3::identity(), q);
+    // M does not depend on where the base is: in base axes its rows for the base need no rotation. The world's kinematics,
+    // which the caller may still want to ask for, are left alone.
+    sines(model, &mut ws.sines, q);
+    place(model, &ws.sines, &mut ws.motion_in_base, &Mat3::identity(), q);
     out.as_mut_slice().fill(0.0);
-    composite_inertias(model, ws);
-    mass_matrix(model, ws, None, out);
+    composite_inertias(model, &ws.motion_in_base, &mut ws.inertia);
+    mass_matrix(model, &ws.motion_in_base, &ws.inertia, &mut ws.axis_force, None, out);
 }
 
 /// Inertia of every body together with all bodies below it.
-pub(crate) fn composite_inertias(model: &Model, ws: &mut Workspace) {
-    for ((body, motion), inertia) in model.bodies.iter().zip(&ws.motion).zip(&mut ws.inertia) {
+pub(crate) fn composite_inertias(model: &Model, motions: &[BodyMotion], inertias: &mut [RigidInertia]) {
+    for ((body, motion), inertia) in model.bodies.iter().zip(motions).zip(&mut *inertias) {
         *inertia = RigidInertia::of(&body.inertia, &motion.placement);
     }
     for (i, body) in model.bodies.iter().enumerate().skip(1).rev() {
-        let composite = ws.inertia[i];
-        ws.inertia[body.parent].add(&composite);
+        let composite = inertias[i];
+        inertias[body.parent].add(&composite);
     }
 }
 
 /// The structurally non-zero entries of M from composite inertias; the others are not touched. `R_WB` is the base's
 /// rotation in the axes of the kinematics, `None` if those are the base's own.
-pub(crate) fn mass_matrix(model: &Model, ws: &mut Workspace, R_WB: Option<&Mat3>, out: &mut DMatrix<f64>) {
+pub(crate) fn mass_matrix(
+    model: &Model,
+    motions: &[BodyMotion],
+    composites: &[RigidInertia],
+    axis_forces: &mut [Wrench],
+    R_WB: Option<&Mat3>,
+    out: &mut DMatrix<f64>,
+) {
     let nv = model.nv();
     assert_eq!(out.shape(), (nv, nv), "mass matrix");
     let base_dofs = model.base_dofs();
     let m = out.as_mut_slice();
     for (i, body) in model.bodies.iter().enumerate().skip(1) {
-        let f = ws.inertia[i].apply(&ws.motion[i].s);
-        ws.axis_force[i] = f;
+        let f = composites[i].apply(&motions[i].s);
+        axis_forces[i] = f;
         let row = base_dofs + i - 1;
-        m[row * nv + row] = power(&ws.motion[i].s, &f) + body.rotor_inertia;
+        m[row * nv + row] = power(&motions[i].s, &f) + body.rotor_inertia;
         let mut j = body.parent;
         while j > 0 {
             let column = base_dofs + j - 1;
-            let entry = power(&ws.motion[j].s, &f);
+            let entry = power(&motions[j].s, &f);
             m[column * nv + row] = entry;
             m[row * nv + column] = entry;
             j = model.bodies[j].parent;
@@ -56,14 +65,13 @@ pub(crate) fn mass_matrix(model: &Model, ws: &mut Workspace, R_WB: Option<&Mat3>
         }
     }
     if model.base() == Base::Floating {
-        base_block(&ws.inertia[0], R_WB, out);
+        base_block(&composites[0], R_WB, out);
     }
 }
 
 /// The wrench about O in the axes of the base.
 #[inline(always)]
 pub(crate) fn in_base_axes(R_WB: Option<&Mat3>, f: &Wrench) -> Wrench {
-    use crate::rigid::unrotate;
     R_WB.map_or(*f, |r| Wrench { force: unrotate(r, &f.force), moment: unrotate(r, &f.moment) })
 }
 

@@ -6,7 +6,7 @@ use crate::{Base, FrameIndex, Model, Workspace};
 use nalgebra::{DMatrix, DVector};
 use spatial::{Mat3, Vec3, Vec6, so3};
 
-/// `out = J`: `[velocity of the frame's origin; angular velocity] = J v`, world axes, after any algorithm that computes the
+/// `out = J`: `[velocity of the frame's origin; angular velocity] = J v`, world axes, after forward
 /// kinematics.
 pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (6, model.nv()), "Jacobian");
@@ -58,11 +58,11 @@ pub(crate) fn classical(a: &spatial::Twist, v: &spatial::Twist, p: &Vec3) -> spa
     spatial::Twist { linear: at_point.linear + v.angular.cross(&v.at(p).linear), angular: at_point.angular }
 }
 
-/// `out = Jcom` (3 x nv): `velocity of the centre of mass = Jcom v`, world axes, after any algorithm that computes the
+/// `out = Jcom` (3 x nv): `velocity of the centre of mass = Jcom v`, world axes, after forward
 /// kinematics.
 pub fn com_jacobian(model: &Model, ws: &mut Workspace, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (3, model.nv()), "Jacobian of the centre of mass");
-    composite_inertias(model, ws);
+    composite_inertias(model, &ws.motion, &mut ws.inertia);
     let per_mass = model.per_mass();
     for i in 1..model.bodies.len() {
         let force = ws.inertia[i].apply(&ws.motion[i].s).force;

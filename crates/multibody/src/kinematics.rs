@@ -1,6 +1,7 @@
 //! Forward kinematics.
 
 use crate::rigid::{cross, cross_motion, product, rotate, rotate_add, scale_add, scaled_add, turned_about_z};
+use crate::workspace::BodyMotion;
 use crate::{Base, Configuration, JointMotion, Model, Workspace};
 use nalgebra::DVector;
 use spatial::{Mat3, Transform, Twist, Vec3};
@@ -11,24 +12,30 @@ const VECTORISED_MAX_RAD: f64 = 1e3;
 
 /// Placements of all bodies. Afterwards [`Workspace::placement`] answers for every frame.
 pub fn forward_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
+    sines(model, &mut ws.sines, q);
     ws.origin = q.base.translation;
-    place(model, ws, &q.base.rotation, q);
+    place(model, &ws.sines, &mut ws.motion, &q.base.rotation, q);
 }
 
-/// Placements of all bodies, measured from O, in the axes in which the base has this rotation: the world's, or the base's
-/// own (identity) where only quantities in base axes are wanted.
-pub(crate) fn place(model: &Model, ws: &mut Workspace, base_rotation: &Mat3, q: &Configuration) {
-    sines(model, ws, q);
-    ws.motion[0].placement = Transform { rotation: *base_rotation, translation: Vec3::zeros() };
+/// Placements and axes of all bodies, measured from O, in the axes in which the base has this rotation: the world's, or the
+/// base's own (identity) where only quantities in base axes are wanted.
+pub(crate) fn place(
+    model: &Model,
+    sines: &[(f64, f64)],
+    motions: &mut [BodyMotion],
+    base_rotation: &Mat3,
+    q: &Configuration,
+) {
+    motions[0].placement = Transform { rotation: *base_rotation, translation: Vec3::zeros() };
     for (i, body) in model.bodies.iter().enumerate().skip(1) {
-        let parent = &ws.motion[body.parent].placement;
+        let parent = &motions[body.parent].placement;
         let rotation = product(&parent.rotation, &body.placement.rotation);
         let translation = rotate_add(&parent.rotation, &body.placement.translation, &parent.translation);
         let axis = Vec3::new(rotation.m13, rotation.m23, rotation.m33);
-        let motion = &mut ws.motion[i];
+        let motion = &mut motions[i];
         match body.motion {
             JointMotion::Revolute => {
-                motion.placement = Transform { rotation: turned_about_z(&rotation, ws.sines[i - 1]), translation };
+                motion.placement = Transform { rotation: turned_about_z(&rotation, sines[i - 1]), translation };
                 motion.s = Twist { linear: cross(&translation, &axis), angular: axis };
             }
             JointMotion::Prismatic => {
@@ -41,10 +48,10 @@ pub(crate) fn place(model: &Model, ws: &mut Workspace, base_rotation: &Mat3, q: 
 }
 
 /// `(sin q, cos q)` of every joint, four at a time.
-pub(crate) fn sines(model: &Model, ws: &mut Workspace, q: &Configuration) {
+pub(crate) fn sines(model: &Model, sines: &mut [(f64, f64)], q: &Configuration) {
     assert_eq!(q.joints.len(), model.joint_count(), "joint positions");
     let mut four = [0.0; 4];
-    for (sines, angles) in ws.sines.chunks_mut(4).zip(q.joints.as_slice().chunks(4)) {
+    for (sines, angles) in sines.chunks_mut(4).zip(q.joints.as_slice().chunks(4)) {
         four[..angles.len()].copy_from_slice(angles);
         if four.iter().all(|angle| angle.abs() < VECTORISED_MAX_RAD) {
             let (sin, cos) = f64x4::from(four).sin_cos();
@@ -132,7 +139,7 @@ mod tests {
         for k in 0..40_000 {
             let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9][k % 6];
             q.joints.iter_mut().enumerate().for_each(|(j, angle)| *angle = scale * ((k * 7 + j) as f64 * 0.618).sin());
-            sines(&model, &mut ws, &q);
+            sines(&model, &mut ws.sines, &q);
             for (pair, angle) in ws.sines.iter().zip(q.joints.iter()) {
                 let (sin, cos) = angle.sin_cos();
                 // One unit in the last place of 1.

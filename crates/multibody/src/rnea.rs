@@ -112,7 +112,7 @@ fn forces<const ACCELERATED: bool>(
     a: &DVector<f64>,
 ) {
     assert_eq!(v.len(), model.nv(), "velocities");
-    sines(model, ws, q);
+    sines(model, &mut ws.sines, q);
     let base_dofs = model.base_dofs();
     let (rates, accelerations) = (&v.as_slice()[base_dofs..], &a.as_slice()[base_dofs..]);
     let mut base = Newton::new();

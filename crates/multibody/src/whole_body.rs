@@ -105,7 +105,7 @@ pub fn whole_body_terms(
         parent.moment += force.moment;
     }
     let R_WB = ws.motion[0].placement.rotation;
-    mass_matrix(model, ws, Some(&R_WB), &mut out.mass_matrix);
+    mass_matrix(model, &ws.motion, &ws.inertia, &mut ws.axis_force, Some(&R_WB), &mut out.mass_matrix);
     centroidal(model, ws, v, out);
     for terms in &mut out.frames {
         let motion = &ws.motion[model.frames()[terms.frame.0].body];

@@ -19,9 +19,10 @@ pub(crate) struct BodyMotion {
     pub a: Twist,
 }
 
-/// All memory of the algorithms, made once per model. [`Workspace::placement`] and
-/// [`Workspace::velocity`] answer for the last call of forward kinematics or
-/// [`whole_body_terms`](crate::whole_body_terms); the other algorithms leave quantities in other axes behind.
+/// All memory of the algorithms, made once per model.
+///
+/// [`Workspace::placement`] and [`Workspace::velocity`] answer for the last forward kinematics (which
+/// [`whole_body_terms`](crate::whole_body_terms) includes); the other algorithms do not disturb it.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     /// `p_WO`.
@@ -29,6 +30,8 @@ pub struct Workspace {
     /// `(sin q, cos q)` per joint.
     pub(crate) sines: Vec<(f64, f64)>,
     pub(crate) motion: Vec<BodyMotion>,
+    /// The same in base axes, positions only.
+    pub(crate) motion_in_base: Vec<BodyMotion>,
     pub(crate) newton: Vec<Newton>,
     pub(crate) force: Vec<Wrench>,
     pub(crate) inertia: Vec<RigidInertia>,
@@ -48,6 +51,7 @@ impl Workspace {
             origin: Vec3::zeros(),
             sines: vec![(0.0, 1.0); n - 1],
             motion: vec![rest; n],
+            motion_in_base: vec![rest; n],
             newton: vec![Newton::new(); n],
             force: vec![Wrench::zero(); n],
             inertia: vec![RigidInertia::default(); n],

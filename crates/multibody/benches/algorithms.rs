@@ -1,0 +1,107 @@
+//! Every algorithm on HRP-4 (nv = 40) and on a random robot of 38 degrees of freedom, beside dynibo where that has it.
+//!
+//! `cargo bench -p multibody`; for the comparison with Pinocchio's C++ see `tools/oracles/speed.py`.
+#![allow(missing_docs)] // criterion's macros make undocumented functions
+
+#[path = "../tests/multibody/random_robot.rs"]
+#[allow(dead_code)] // shared with the tests
+mod random_robot;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use multibody::*;
+use nalgebra::{DMatrix, DVector};
+use random_robot::{Random, configuration};
+use std::hint::black_box;
+
+/// States to cycle through, so that nothing is learnt from the last call.
+const STATES: usize = 64;
+
+struct State {
+    q: Configuration,
+    v: DVector<f64>,
+    a: DVector<f64>,
+}
+
+/// Name, URDF, and frames whose Jacobians a walking controller would ask for.
+fn robots() -> Vec<(String, String, Vec<String>)> {
+    let hrp4 = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/hrp4/hrp4.urdf");
+    let text = std::fs::read_to_string(hrp4).expect("the shipped robot");
+    let frames = ["l_ankle", "r_ankle", "l_wrist", "r_wrist", "torso"].map(str::to_owned).to_vec();
+    let joints = |text: &str| Model::from_urdf(text, &ModelOptions::default()).expect("a robot").joint_count();
+    let random = (0..).map(|seed| random_robot::urdf(seed, 38)).find(|text| joints(text) == 32).expect("some seed");
+    let links = ["l38", "l34", "l29", "l21", "l11"].map(str::to_owned).to_vec();
+    vec![("HRP-4".to_owned(), text, frames), ("random, nv = 38".to_owned(), random, links)]
+}
+
+fn algorithms(c: &mut Criterion) {
+    for (name, text, links) in robots() {
+        let model = Model::from_urdf(&text, &ModelOptions::default()).expect("a robot");
+        let frames: Vec<FrameIndex> = links.iter().map(|link| model.frame(link).expect("a link")).collect();
+        let nv = model.nv();
+        let mut random = Random(1);
+        let states: Vec<State> = (0..STATES)
+            .map(|_| State { q: configuration(&model, &mut random), v: random.list(nv, 1.0), a: random.list(nv, 1.0) })
+            .collect();
+        let (mut ws, mut terms) = (Workspace::new(&model), WholeBodyTerms::new(&model, &frames));
+        let (mut vector, mut matrix) = (DVector::zeros(nv), DMatrix::zeros(nv, nv));
+        let (mut jacobian, mut factor) = (DMatrix::zeros(6, nv), MassFactor::new(&model));
+        let mut bench = |algorithm: &str, call: &mut dyn FnMut(&State)| {
+            let mut next = states.iter().cycle();
+            c.bench_with_input(BenchmarkId::new(format!("{algorithm}/soleus"), &name), &(), |b, ()| {
+                b.iter(|| call(next.next().expect("endless")));
+            });
+        };
+        bench("forward kinematics", &mut |s| forward_kinematics(&model, &mut ws, &s.q));
+        bench("RNEA", &mut |s| rnea(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
+        bench("bias forces", &mut |s| bias_forces(&model, &mut ws, &s.q, &s.v, black_box(&mut vector)));
+        bench("CRBA", &mut |s| crba(&model, &mut ws, &s.q, black_box(&mut matrix)));
+        bench("ABA", &mut |s| aba(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
+        bench("five Jacobians", &mut |s| {
+            forward_kinematics(&model, &mut ws, &s.q);
+            frames.iter().for_each(|frame| frame_jacobian(&model, &mut ws, *frame, black_box(&mut jacobian)));
+        });
+        bench("whole-body terms", &mut |s| whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms)));
+        bench("Cholesky of M", &mut |_| factor.factor(black_box(&matrix)).expect("every joint carries mass"));
+
+        // dynibo reads files, takes its base state in world axes, and has no centre of mass, momentum or shared pass.
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("robot.urdf");
+        std::fs::write(&path, &text).expect("a temporary file");
+        let mut robot = dynibo::FloatingRobot::from_urdf(&path).expect("dynibo reads it too");
+        assert_eq!(robot.generalized_count(), nv);
+        let targets: Vec<_> = links.iter().map(|link| robot.link_id(link).expect("a link")).collect();
+        let base = dynibo::BaseState::stationary(dynibo::Frame::identity()).expect("a pose");
+        let (mut vector, mut matrix, mut jacobian) = (vec![0.0; nv], vec![0.0; nv * nv], vec![0.0; 6 * nv]);
+        let mut bench = |algorithm: &str, call: &mut dyn FnMut(&State)| {
+            let mut next = states.iter().cycle();
+            c.bench_with_input(BenchmarkId::new(format!("{algorithm}/dynibo"), &name), &(), |b, ()| {
+                b.iter(|| call(next.next().expect("endless")));
+            });
+        };
+        bench("RNEA", &mut |s| {
+            let (q, v, a) = (s.q.joints.as_slice(), &s.v.as_slice()[6..], &s.a.as_slice()[6..]);
+            robot.inverse_dynamics(&base, q, v, a, &[], black_box(&mut vector)).expect("finite input");
+        });
+        bench("CRBA", &mut |s| {
+            robot.mass_matrix(&base, s.q.joints.as_slice(), black_box(&mut matrix)).expect("finite input");
+        });
+        bench("ABA", &mut |s| {
+            let (q, v) = (s.q.joints.as_slice(), &s.v.as_slice()[6..]);
+            robot.forward_dynamics(&base, q, v, s.a.as_slice(), &[], black_box(&mut vector)).expect("finite input");
+        });
+        bench("five Jacobians", &mut |s| {
+            for target in &targets {
+                let q = s.q.joints.as_slice();
+                robot.jacobian(&base, q, *target, black_box(&mut jacobian)).expect("finite input");
+            }
+        });
+    }
+}
+
+criterion_group! {
+    name = benches;
+    // Shared machines: many short samples; criterion reports the median of them.
+    config = Criterion::default().sample_size(100).measurement_time(std::time::Duration::from_secs(1)).warm_up_time(std::time::Duration::from_millis(300));
+    targets = algorithms
+}
+criterion_main!(benches);
