@@ -69,6 +69,8 @@
 //! 1.37, ABA 1.27, CRBA 1.06 times. `x86-64-v3` is therefore the workspace's choice: it runs on every machine since 2013, and
 //! a recording replays bit for bit between machines with the same features, which `native` would give up.
 //!
+//! [`leg`] solves six-joint legs whose hip and ankle axes meet in closed form.
+//!
 //! # What is not modelled
 //! Closed kinematic chains, joints other than revolute, continuous and prismatic, flexible links, joint friction. `<mimic>`
 //! joints are independent coordinates unless [`ModelOptions`] says otherwise.
