@@ -22,7 +22,7 @@ pub enum Quantity {
     StepTooWide,
     /// By how much the gap between the feet falls short of its limit (m).
     FeetTooClose,
-    /// Residual of `x'' = w^2 (x - x_Z)` (m/s^2).
+    /// Residual, in magnitude, of `x'' = w^2 (x - x_Z)` (m/s^2).
     ComEquation,
     /// Distance between the ZMP and the feet's ZMPs weighed by their loads (m).
     LoadBalance,
@@ -180,10 +180,10 @@ pub fn check(plan: &Plan, settings: &GaitSettings, step_s: f64, legs: Option<&dy
 
 fn check_instant(report: &mut CheckReport, pattern: &WalkPattern, settings: &GaitSettings, r: &Reference) {
     let w2 = pattern.omega().powi(2);
-    let residual = (r.com.acceleration - w2 * (r.com.position - r.zmp.position)).amax();
+    let residual = (r.com.acceleration - w2 * (r.com.position - r.zmp.position)).norm();
     report.note(Quantity::ComEquation, residual, r, None);
     let weighed: Vector2<f64> = r.feet.iter().map(|foot| foot.share.value * foot.zmp.position).sum();
-    report.note(Quantity::LoadBalance, (weighed - r.zmp.position).amax(), r, None);
+    report.note(Quantity::LoadBalance, (weighed - r.zmp.position).norm(), r, None);
     report.note(Quantity::FrictionDemand, r.com.acceleration.norm() / pattern.gravity_m_per_s2, r, None);
     for side in Side::BOTH {
         let foot = &r.feet[side.index()];
@@ -214,7 +214,7 @@ fn check_joint(report: &mut CheckReport, before: &Reference, after: &Reference) 
         (Quantity::ComVelocityJump, after.com.velocity - before.com.velocity),
     ];
     for (quantity, jump) in jumps {
-        report.note(quantity, jump.amax(), after, None);
+        report.note(quantity, jump.norm(), after, None);
     }
 }
 

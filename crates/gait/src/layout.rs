@@ -168,11 +168,12 @@ impl Layout {
             let piece = &pieces[i];
             let (foot_1, foot_2) = (piece.foot_1, piece.foot_2);
             // Free landings enter the problem with the flight that leads to them.
-            if let Some((landing, _, _)) = piece.flight.filter(|_| piece.first) {
-                if route.steps[landing - 2].free {
-                    let guess = ankle(&stands[landing]);
-                    stands[landing].slots = [0, 1].map(|axis| counter.new_slot(axis, guess[axis], LENGTH_SCALE_M));
-                }
+            if let Some((landing, _, _)) = piece.flight
+                && piece.first
+                && route.steps[landing - 2].free
+            {
+                let guess = ankle(&stands[landing]);
+                stands[landing].slots = [0, 1].map(|axis| counter.new_slot(axis, guess[axis], LENGTH_SCALE_M));
             }
             let (one, two) = (stands[foot_1], stands[foot_2]);
             let time_scale = pieces.get(i + 1).map_or(piece.duration_s, |next| next.duration_s.min(piece.duration_s));

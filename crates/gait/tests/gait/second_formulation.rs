@@ -180,7 +180,7 @@ impl Formulation {
 
     fn com(&self, j: usize, order: usize, t: f64) -> Affine {
         let (c, s) = ((self.w * t).cosh(), (self.w * t).sinh());
-        let (c, s) = if order % 2 == 0 { (c, s) } else { (s, c) };
+        let (c, s) = if order.is_multiple_of(2) { (c, s) } else { (s, c) };
         at(&self.A[j], order, t) + (&self.V[j] * c + &self.W[j] * s) * self.w.powi(order as i32)
     }
 

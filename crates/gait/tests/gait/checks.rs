@@ -1,0 +1,96 @@
+//! The planner's checks see what they are there for: each is shown a pattern with one defect.
+
+use crate::support::straight;
+use gait::{CheckReport, GaitSettings, LegReach, Plan, Quantity, RodLegs, check, plan};
+use pattern::PhaseKind;
+
+fn checked(change: impl Fn(&mut Plan)) -> CheckReport {
+    let settings = straight(3);
+    let mut plan = plan(&settings).expect("feasible");
+    change(&mut plan);
+    check(&plan, &settings, 1e-3, None)
+}
+
+/// Index of the first middle double support of a walk of three swings.
+const DOUBLE: usize = 3;
+
+#[test]
+fn a_sound_plan_has_nothing_to_complain_about() {
+    let report = checked(|plan| assert_eq!(plan.pattern.phases[DOUBLE].kind, PhaseKind::DoubleSupport));
+    assert!(report.largest_violation().expect("checked").value < 1e-3);
+    assert!(report.value(Quantity::ComEquation) < 1e-9);
+}
+
+#[test]
+fn every_defect_is_seen_with_phase_and_amount() {
+    type Case = (&'static str, fn(&mut Plan), Quantity, f64);
+    let cases: [Case; 8] = [
+        ("ZMP off its COM", |p| p.pattern.phases[DOUBLE].zmp[0].0[3] += 0.5, Quantity::ComEquation, 0.1),
+        ("loads do not balance", |p| p.pattern.phases[DOUBLE].load.excess[1].0[0] += 0.1, Quantity::LoadBalance, 1e-3),
+        ("ZMP jumps", |p| p.pattern.phases[DOUBLE].zmp[0].0[0] += 0.01, Quantity::ZmpJump, 0.0099),
+        ("ZMP velocity jumps", |p| p.pattern.phases[DOUBLE].zmp[0].0[1] += 0.01, Quantity::ZmpVelocityJump, 0.0099),
+        ("COM jumps", |p| p.pattern.phases[DOUBLE].com[1].polynomial.0[0] += 0.01, Quantity::ComJump, 0.0099),
+        (
+            "COM velocity jumps",
+            |p| p.pattern.phases[DOUBLE].com[1].polynomial.0[1] += 0.01,
+            Quantity::ComVelocityJump,
+            0.0099,
+        ),
+        ("ZMP outside", |p| p.pattern.phases[DOUBLE].zmp_1[1].0[0] += 0.2, Quantity::ZmpOutsidePolygon, 0.05),
+        ("a landing too near", |p| p.landings[0].1.y_m += 0.05, Quantity::FeetTooClose, 0.02),
+    ];
+    for (name, change, quantity, at_least) in cases {
+        let report = checked(change);
+        assert!(report.value(quantity) >= at_least, "{name}: {quantity:?} = {}", report.value(quantity));
+        let worst = report.worst.iter().find(|w| w.quantity == quantity).expect("measured");
+        if quantity != Quantity::FeetTooClose {
+            assert!((DOUBLE..=DOUBLE + 1).contains(&worst.phase), "{name}: {worst:?}");
+        }
+    }
+    let far = checked(|plan| plan.landings[0].1.x_m += 0.4);
+    let worst = far.largest_violation().expect("checked");
+    assert_eq!((worst.quantity, worst.step), (Quantity::StepTooLong, 1), "{worst:?}");
+    assert!((worst.value - 0.15).abs() < 1e-12, "{worst:?}");
+}
+
+#[test]
+fn a_nan_does_not_hide() {
+    let report = checked(|plan| plan.pattern.phases[DOUBLE].com[0].polynomial.0[2] = f64::NAN);
+    assert!(report.value(Quantity::ComEquation).is_nan());
+}
+
+#[test]
+fn friction_demand_is_the_steepest_force() {
+    let settings = straight(3);
+    let plan = plan(&settings).expect("feasible");
+    let report = check(&plan, &settings, 1e-3, None);
+    let mut steepest = 0.0_f64;
+    let mut t = 0.0;
+    while t < plan.pattern.duration_s() {
+        for foot in plan.pattern.evaluate(t).feet.iter().filter(|foot| foot.force.z > 1.0) {
+            steepest = steepest.max(foot.force.xy().norm() / foot.force.z);
+        }
+        t += 1e-3;
+    }
+    assert!((report.value(Quantity::FrictionDemand) - steepest).abs() < 1e-4 * steepest);
+}
+
+/// HRP-4: hips 0.0331 m below the COM in half-sitting, straight legs of 0.358 + 0.34115 m offset by 0.01905 m.
+fn legs() -> RodLegs {
+    RodLegs { left_hip_from_com_m: [0.0, 0.0875, -0.0331], length_max_m: (0.69915_f64).hypot(0.01905) }
+}
+
+#[test]
+fn legs_reach_at_the_usual_height_and_not_at_every_height() {
+    let reach = |com_height_m: f64| {
+        let mut settings = GaitSettings::default();
+        settings.body.com_height_m = com_height_m;
+        let plan = plan(&settings).expect("feasible");
+        check(&plan, &settings, 5e-3, Some(&legs() as &dyn LegReach)).reach.expect("asked for")
+    };
+    let usual = reach(0.79);
+    assert!(usual.is_walkable() && usual.extension.0 > 0.02, "{usual:?}");
+    let high = reach(0.84);
+    assert!(!high.is_walkable(), "{high:?}");
+    assert!((0.0..15.0).contains(&high.extension.1));
+}
