@@ -1,6 +1,6 @@
 //! What the planner verifies after solving, from the finished pattern alone: nothing here knows how it was found.
 //!
-//! Inequalities hold at the samples of the problem; between them nothing forces the ZMP to stay inside. [`check`] walks
+//! Inequalities hold at the samples of the problem; between them nothing forces the ZMP to stay inside. [`check()`] walks
 //! through the pattern on a fine grid and reports the worst of every quantity with its phase, time and amount.
 
 use crate::constraint::{Outline, step_rules};
@@ -64,7 +64,7 @@ pub struct Worst {
     pub foot: Option<Side>,
 }
 
-/// Result of [`check`].
+/// Result of [`check()`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CheckReport {
     /// One entry per quantity that occurs.

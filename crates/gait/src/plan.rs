@@ -80,7 +80,8 @@ impl PatternProblem {
         let settings = clarabel::Settings { tolerance: solver.tolerance, iterations_max: solver.iterations_max };
         let mut reports = Vec::with_capacity(self.programs.len());
         for program in &self.programs {
-            let report = clarabel::solve(&program.qp, &settings).expect("the assembly writes finite, matching arrays");
+            let report = qp::solve_generating(&program.qp, &program.first, &settings)
+                .expect("the assembly writes finite, matching arrays");
             if report.status == Status::Infeasible {
                 return Err(self.explain(program, &report));
             }

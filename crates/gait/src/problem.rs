@@ -28,6 +28,8 @@ pub(crate) struct Program {
     pub qp: QuadraticProgram,
     pub equality_labels: Vec<RowLabel>,
     pub labels: Vec<RowLabel>,
+    /// Rows to begin with, see [`qp::solve_generating`].
+    pub first: Vec<bool>,
 }
 
 /// What phases of equal duration and load transfer share.
@@ -54,6 +56,7 @@ struct Assembly {
     lower: Vec<f64>,
     upper: Vec<f64>,
     labels: Vec<RowLabel>,
+    first: Vec<bool>,
 }
 
 impl PatternProblem {
@@ -228,8 +231,10 @@ fn add_zmp_rows(assemblies: &mut [Assembly], layout: &Layout, shapes: &[Rc<Shape
                 continue;
             }
             let time_s = piece.start_s + t;
+            // The solver begins with the ends and the middle of a polynomial.
+            let first = i == 0 || i == last / 2 || i == last;
             let mut add = |of, row, stand, ankle| {
-                add_polygon(assemblies, layout, piece, (of, phase, time_s), row, stand, ankle, settings);
+                add_polygon(assemblies, layout, piece, (of, phase, time_s, first), row, stand, ankle, settings);
             };
             if piece.kind == PhaseKind::SingleSupport {
                 if i > 0 {
@@ -253,7 +258,7 @@ fn add_polygon(
     assemblies: &mut [Assembly],
     layout: &Layout,
     piece: &Piece,
-    (of, phase, time_s): (ZmpOf, usize, f64),
+    (of, phase, time_s, first): (ZmpOf, usize, f64, bool),
     row: &Row,
     stand: &Stand,
     ankle: usize,
@@ -273,7 +278,7 @@ fn add_polygon(
         let foot = stand.side;
         let label = RowLabel::Zmp { of, phase, kind: piece.kind, step: piece.step, foot, time_s, direction };
         let problem = layout.problem_of(parts[0].0);
-        assemblies[problem].add_inequality(&parts, origins, piece.transfer, bounds, label);
+        assemblies[problem].add_inequality(&parts, origins, piece.transfer, bounds, label, first);
     }
 }
 
@@ -300,6 +305,7 @@ fn add_step_rows(assemblies: &mut [Assembly], layout: &Layout, settings: &GaitSe
             assembly.lower.push(bounds[0]);
             assembly.upper.push(bounds[1]);
             assembly.labels.push(rule.label);
+            assembly.first.push(true);
         }
     }
 }
@@ -317,6 +323,7 @@ impl Assembly {
             lower: Vec::new(),
             upper: Vec::new(),
             labels: Vec::new(),
+            first: Vec::new(),
         }
     }
 
@@ -348,6 +355,7 @@ impl Assembly {
         transfer: Transfer,
         bounds: [f64; 2],
         label: RowLabel,
+        first: bool,
     ) {
         let row = self.labels.len();
         let mut constant = 0.0;
@@ -365,6 +373,7 @@ impl Assembly {
         self.lower.push(bounds[0] - constant);
         self.upper.push(bounds[1] - constant);
         self.labels.push(label);
+        self.first.push(first);
     }
 
     fn finish(self) -> Program {
@@ -375,6 +384,6 @@ impl Assembly {
         qp.C = self.inequalities.into_matrix(self.labels.len(), n);
         qp.l = DVector::from_vec(self.lower);
         qp.u = DVector::from_vec(self.upper);
-        Program { qp, equality_labels: self.equality_labels, labels: self.labels }
+        Program { qp, equality_labels: self.equality_labels, labels: self.labels, first: self.first }
     }
 }

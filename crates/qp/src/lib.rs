@@ -34,9 +34,11 @@
 
 pub mod backend;
 pub mod dense;
+mod generation;
 mod relaxation;
 mod report;
 pub mod sparse;
 
+pub use generation::solve_generating;
 pub use report::{Conflict, Report, Residuals, Row, Status};
 pub use sparse::{QuadraticProgram, SparseMatrix, Triplets};

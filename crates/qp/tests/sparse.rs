@@ -111,6 +111,35 @@ fn random_programs_are_solved_to_their_optimality_conditions() {
 }
 
 #[test]
+fn beginning_with_few_rows_ends_at_the_same_optimum() {
+    for seed in 100..130 {
+        let mut random = Random(seed);
+        let (n, m) = (6, 60);
+        let R = random.matrix(n, n);
+        let mut problem = program(&(R.transpose() * &R), (10.0 * random.vector(n)).as_slice());
+        let C = random.matrix(m, n);
+        problem.C = SparseMatrix::from_dense(&C);
+        problem.l = DVector::from_fn(m, |_, _| -0.2 - random.next().abs());
+        problem.u = DVector::from_fn(m, |_, _| 0.2 + random.next().abs());
+        let whole = solved(&problem);
+        for first in [vec![false; m], vec![true; m], (0..m).map(|i| i % 3 == 0).collect()] {
+            let report = qp::solve_generating(&problem, &first, &Settings::default()).expect("well formed");
+            assert_eq!(report.status, Status::Solved, "seed {seed}");
+            assert!(report.residuals.max() < 1e-8, "seed {seed}: {:?}", report.residuals);
+            assert!((&report.x - &whole.x).amax() < 1e-7, "seed {seed}");
+        }
+        // Infeasible only in rows that are not among the first.
+        problem.C =
+            SparseMatrix::from_dense(&DMatrix::from_fn(m, n, |i, j| if i < 2 { f64::from(j == 0) } else { C[(i, j)] }));
+        (problem.l[0], problem.u[1]) = (1.5, -1.5);
+        (problem.u[0], problem.l[1]) = (INF, -INF);
+        let report = qp::solve_generating(&problem, &vec![false; m], &Settings::default()).expect("well formed");
+        assert_eq!(report.status, Status::Infeasible, "seed {seed}");
+        assert!(report.conflict(0.1).iter().any(|c| c.row == Row::Inequality(0)));
+    }
+}
+
+#[test]
 fn residuals_see_every_kind_of_error() {
     let mut problem = program(&DMatrix::identity(2, 2), &[-1.0, 0.0]);
     problem.ub[0] = 0.5;

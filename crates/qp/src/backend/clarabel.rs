@@ -64,7 +64,7 @@ pub fn solve(problem: &QuadraticProgram, settings: &Settings) -> Result<Report, 
     Ok(report)
 }
 
-fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Report {
+pub(crate) fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Report {
     let n = problem.variables();
     let (constraints, rhs, origins, equalities) = stack(problem);
     let cones = [ZeroConeT(equalities), NonnegativeConeT(origins.len() - equalities)];
