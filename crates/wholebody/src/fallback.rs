@@ -14,7 +14,8 @@
 //!    | – | dynamics, pushing-only contacts | none | physics: never |
 //!
 //! 2. **No solution** after [`ATTEMPTS_MAX`] attempts, out of iterations, or a numerical failure: joints are brought to rest
-//!    with the deceleration they can count on, the last torques and wrenches are kept.
+//!    with the deceleration they can count on, the last torques and wrenches are kept. From a state that is not a number
+//!    nothing follows: the last step's next configuration stands, at rest.
 //!
 //! Every widening and every contradiction is in the report.
 

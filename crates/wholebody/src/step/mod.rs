@@ -18,7 +18,7 @@ use multibody::{Base, Model, WholeBodyTerms, Workspace, whole_body_terms};
 use nalgebra::{DVector, RowDVector};
 use qp::dense::{Active, Problem};
 use qp::{Residuals, Row, Status};
-use spatial::Vec6;
+use spatial::{Transform, Vec6};
 
 /// Positions in the list of frames that a step computes.
 const TORSO: usize = 2;
@@ -283,8 +283,8 @@ impl WholeBody {
         for foot in 0..2 {
             let target = &reference.feet[foot];
             self.report.contact_errors[foot] = ContactError::default();
-            self.report.feet[foot] = FootForce::default();
             if !target.in_contact {
+                self.report.feet[foot] = FootForce::default();
                 continue;
             }
             let frame = &self.terms.frames[foot];
@@ -319,6 +319,12 @@ impl WholeBody {
         self.report.distance_min_m =
             self.pairs.proximities.iter().map(|near| near.distance).fold(f64::INFINITY, f64::min);
         if status == StepStatus::Held {
+            if !is_finite(state) {
+                // Nothing can be said about the state that follows: the last one stands, at rest.
+                self.report.acceleration.fill(0.0);
+                self.report.v_next.fill(0.0);
+                return;
+            }
             fallback::hold(&self.limits, state, dt_s, &mut self.report);
         } else {
             self.read_solution(set);
@@ -368,4 +374,10 @@ impl WholeBody {
             }
         }
     }
+}
+
+fn is_finite(state: &RobotState) -> bool {
+    let Transform { rotation, translation } = &state.q.base;
+    let base = rotation.iter().chain(translation.iter());
+    base.chain(state.q.joints.iter()).chain(state.v.iter()).all(|x| x.is_finite())
 }

@@ -91,9 +91,18 @@ fn a_state_that_is_not_a_number_is_held_and_said() {
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let reference = plan.reference(0.0);
     let good = start(body.model(), body.settings(), &reference);
+    let before = body.step(&good, &reference, PERIOD_S).clone();
     let mut bad = good.clone();
     bad.v[8] = f64::NAN;
-    assert_eq!(body.step(&bad, &reference, PERIOD_S).status, StepStatus::Held);
+    let held = body.step(&bad, &reference, PERIOD_S);
+    assert_eq!(held.status, StepStatus::Held);
+    assert_eq!((&held.q_next, held.v_next.amax()), (&before.q_next, 0.0), "the last configuration stands");
+    assert_eq!((&held.torques, held.feet[0].wrench), (&before.torques, before.feet[0].wrench));
+    let mut lost = reference.clone();
+    lost.com_position.x = f64::NAN;
+    let held = body.step(&good, &lost, PERIOD_S);
+    assert_eq!(held.status, StepStatus::Held);
+    assert!(held.q_next.joints.iter().chain(held.torques.iter()).all(|x| x.is_finite()));
     // The next good state is solved as if nothing had been.
     assert_eq!(body.step(&good, &reference, PERIOD_S).status, StepStatus::Solved);
 }

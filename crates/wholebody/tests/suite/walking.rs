@@ -59,6 +59,23 @@ fn hrp4_follows_a_planned_walk_with_every_constraint_met() {
 }
 
 #[test]
+fn stages_are_timed_by_the_clock_that_is_handed_in() {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    static NOW: AtomicU64 = AtomicU64::new(0);
+    let robot = robot();
+    let model = model(&robot, Joints::Legs);
+    let settings = settings(&robot, &model);
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let reference = Walk::straight(1).reference(0.0);
+    let state = crate::support::start(body.model(), body.settings(), &reference);
+    assert_eq!(body.step(&state, &reference, PERIOD_S).timings, wholebody::Timings::default());
+    body.set_clock(|| NOW.fetch_add(1000, Ordering::Relaxed)); // every look takes a microsecond
+    let timings = body.step(&state, &reference, PERIOD_S).timings;
+    let stages = [timings.terms_ns, timings.collision_ns, timings.assembly_ns, timings.solve_ns, timings.output_ns];
+    assert_eq!(stages, [1000; 5]);
+}
+
+#[test]
 fn all_34_joints_and_rigid_soles_walk_too() {
     let robot = robot();
     let model = model(&robot, Joints::Full);
