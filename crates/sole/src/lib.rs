@@ -10,10 +10,13 @@ mod ground;
 mod hull;
 mod mesh;
 mod model;
+mod msh;
+mod nested;
 mod patches;
 mod pose_driven;
 mod quadratic;
 mod stiffness;
+mod vtk;
 
 pub use cache::CacheError;
 pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
@@ -24,4 +27,7 @@ pub use estimate::{
 pub use ground::{Ground, Plane, Slope};
 pub use mesh::{ContactSet, Mesh};
 pub use model::{Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
+pub use msh::{MshError, MshSets};
+pub use nested::{NestedEstimator, NestedReport, NestedSettings};
+pub use vtk::deformed_sole_vtk;
 pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};
