@@ -34,6 +34,7 @@
 //! References: Acary, Brémond, Huber, *On solving contact problems with Coulomb friction* (2018) for formulations and residuals;
 //! Jourdan, Alart, Jean (1998) for Gauss-Seidel; Alart, Curnier (1991) for the Newton equations.
 #![allow(non_snake_case)] // `W` is the Delassus operator in the formulas
+#![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
 mod cone;
 pub mod dense;

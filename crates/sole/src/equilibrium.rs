@@ -87,6 +87,17 @@ const FLOOR_ULPS: f64 = 40.0;
 /// the largest displacement in contact. Not a bound, so [`Equilibrium::settle`] looks at all of them when the iterations are over.
 const SCREEN: f64 = 2.0;
 
+/// From this iteration on only one point changes its state at a time.
+const CAUTIOUS_AFTER: usize = 10;
+
+/// A point whose state does not fit its force or gap, and by how much (N).
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    point: usize,
+    to: NodeState,
+    wrong_n: f64,
+}
+
 /// A saved state to return to when an attempt fails.
 #[derive(Debug, Clone)]
 struct Saved {
@@ -137,8 +148,7 @@ pub(crate) struct Equilibrium {
     /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
     js: Vec<f64>,
     jxs: Vec<f64>,
-    lands: Vec<usize>,
-    lifts: Vec<usize>,
+    changes: Vec<Change>,
     /// tangent about the fixed point O at frozen states, world axes
     pub(crate) tangent: Mat6,
     right_hand: Vec6,
@@ -147,6 +157,9 @@ pub(crate) struct Equilibrium {
     floor_m: f64,
     rho: Vec<f64>,
     pub(crate) work: Work,
+    /// Rates at the end of the last solved tick: of the pose, its second rate, of the slips.
+    rate: Option<(Vec6, Vec6)>,
+    slip_rates: Vec<Vector2<f64>>,
     /// Free points far from the ground are not looked at; see [`SCREEN`].
     pub(crate) screening: bool,
 }
@@ -207,8 +220,7 @@ impl Equilibrium {
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * 7],
             jxs: vec![0.0; 2 * n * 6],
-            lands: Vec::with_capacity(n),
-            lifts: Vec::with_capacity(n),
+            changes: Vec::with_capacity(n),
             tangent: Mat6::zeros(),
             right_hand: Vec6::zeros(),
             saved: Saved {
@@ -220,6 +232,8 @@ impl Equilibrium {
             floor_m,
             rho: rho.collect(),
             work: Work::default(),
+            rate: None,
+            slip_rates: vec![Vector2::zeros(); n],
             screening: true,
             model,
         }
@@ -238,6 +252,7 @@ impl Equilibrium {
     pub(crate) fn begin(&mut self, foothold: Foothold) {
         self.pose = Transform::new(so3::about_z(foothold.yaw_rad), Vec3::new(foothold.x_m, foothold.y_m, 0.0));
         self.first = Some(foothold);
+        self.rate = None;
         self.states.fill(NodeState::Stick);
         self.slips.fill(Vector2::zeros());
         self.stiffness.fill(&self.model);
@@ -248,6 +263,7 @@ impl Equilibrium {
     pub(crate) fn begin_from(&mut self, pose: Transform, references: &[Vector2<f64>]) {
         self.pose = pose;
         self.first = None;
+        self.rate = None;
         self.states.fill(NodeState::Stick);
         self.slips.fill(Vector2::zeros());
         self.references.copy_from_slice(references);
@@ -367,57 +383,63 @@ impl Equilibrium {
         self.pose.point(&(self.model.contact_points()[point] + u))
     }
 
-    /// New states from the present forces and gaps; true when any changed.
-    fn update_states(&mut self) -> bool {
-        self.lands.clear();
-        self.lifts.clear();
-        let mut changed = false;
-        for slot in 0..self.stiffness.len() {
-            let point = self.stiffness.points()[slot];
+    /// New states from the present forces and gaps; true when any changed. `cautious`: only the point that is most in the wrong
+    /// changes, which ends the cycles that changing all of them can run into.
+    fn update_states(&mut self, cautious: bool) -> bool {
+        self.changes.clear();
+        for (slot, point) in self.stiffness.points().iter().enumerate() {
             let force = self.pose.rotation * block(&self.f, slot);
             let (tangential, normal) = (Vector2::new(force.x, force.y), force.z);
-            let bound = self.model.friction()[point] * normal;
+            let bound = self.model.friction()[*point] * normal;
+            let change = |to: NodeState, wrong_n: f64| Change { point: *point, to, wrong_n };
             if normal < -self.floor_n {
-                self.lifts.push(point);
-                continue;
-            }
-            match self.states[point] {
-                NodeState::Stick if tangential.norm() > bound + self.floor_n => {
-                    self.states[point] = NodeState::Slip;
-                    self.slips[point] = Vector2::zeros();
-                    changed = true;
+                self.changes.push(change(NodeState::Free, -normal));
+            } else if self.states[*point] == NodeState::Stick {
+                let excess = tangential.norm() - bound;
+                if excess > self.floor_n {
+                    self.changes.push(change(NodeState::Slip, excess));
                 }
-                NodeState::Slip if (tangential - self.rho[point] * self.slips[point]).norm() < bound - self.floor_n => {
-                    self.states[point] = NodeState::Stick;
-                    self.slips[point] = Vector2::zeros();
-                    changed = true;
+            } else {
+                let slack = bound - (tangential - self.rho[*point] * self.slips[*point]).norm();
+                if slack > self.floor_n {
+                    self.changes.push(change(NodeState::Stick, slack));
                 }
-                _ => {}
             }
         }
         let far = if self.screening { SCREEN * self.largest_displacement() } else { f64::INFINITY };
         for point in 0..self.states.len() {
-            if self.states[point] == NodeState::Free
-                && self.pose.point(&self.model.contact_points()[point]).z < far
-                && self.gap(point) < -self.floor_m
-            {
-                self.lands.push(point);
+            if self.states[point] == NodeState::Free && self.pose.point(&self.model.contact_points()[point]).z < far {
+                let gap = self.gap(point);
+                if gap < -self.floor_m {
+                    self.changes.push(Change { point, to: NodeState::Stick, wrong_n: -gap * self.rho[point] });
+                }
             }
         }
+        if cautious
+            && let Some(worst) = self.changes.iter().copied().reduce(|a, b| if b.wrong_n > a.wrong_n { b } else { a })
+        {
+            self.changes.clear();
+            self.changes.push(worst);
+        }
         let families = self.families();
-        for k in 0..self.lands.len() {
-            let point = self.lands[k];
-            let away = self.free_position(point) - self.reference(point, &families);
-            let tangential = Vector2::new(away.x, away.y);
-            let slides = tangential.norm() > self.model.friction()[point] * away.z.abs();
-            self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
-            self.slips[point] = if slides { tangential } else { Vector2::zeros() };
-            self.land(point);
+        for k in 0..self.changes.len() {
+            let Change { point, to, .. } = self.changes[k];
+            if self.states[point] == NodeState::Free {
+                // Lands: sliding when its way since the reference is more sideways than friction can hold.
+                let away = self.free_position(point) - self.reference(point, &families);
+                let tangential = Vector2::new(away.x, away.y);
+                let slides = tangential.norm() > self.model.friction()[point] * away.z.abs();
+                self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.slips[point] = if slides { tangential } else { Vector2::zeros() };
+                self.land(point);
+            } else if to == NodeState::Free {
+                self.lift(point);
+            } else {
+                self.states[point] = to;
+                self.slips[point] = Vector2::zeros();
+            }
         }
-        for k in 0..self.lifts.len() {
-            self.lift(self.lifts[k]);
-        }
-        changed || !self.lands.is_empty() || !self.lifts.is_empty()
+        !self.changes.is_empty()
     }
 
     fn land(&mut self, point: usize) {
@@ -673,7 +695,7 @@ impl Equilibrium {
             self.pose.translation += linear;
             self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
             self.evaluate();
-            settled = !self.update_states();
+            settled = !self.update_states(iteration >= CAUTIOUS_AFTER);
             if !settled {
                 self.evaluate();
             }
@@ -756,6 +778,11 @@ impl Equilibrium {
             }
         }
         let acceleration = scaled_solve(&self.tangent, &right)?;
+        self.slip_rates.fill(Vector2::zeros());
+        for i in 0..s {
+            self.slip_rates[self.sliding[i]] = slip_rate(&self.js, i);
+        }
+        self.rate = Some((x, acceleration));
         Some((x, acceleration))
     }
 
@@ -841,6 +868,27 @@ impl Equilibrium {
         }
     }
 
+    /// Moves pose and slips along the rates of the last tick: a better start than the pose of before when references change smoothly,
+    /// and the same one when they do not change. False when there is nothing to go by.
+    pub(crate) fn predict(&mut self, dt_s: f64) -> bool {
+        let Some((rate, second)) = self.rate.take() else { return false };
+        let step = dt_s * rate + 0.5 * dt_s * dt_s * second;
+        let (linear, angular) = parts(&step);
+        // NaN compares false.
+        let sound = linear.norm() < STEP_MAX_M && angular.norm() < STEP_MAX_RAD;
+        if !sound {
+            return false;
+        }
+        self.pose.translation += linear;
+        self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
+        for point in 0..self.states.len() {
+            if self.states[point] == NodeState::Slip {
+                self.slips[point] = dt_s * self.slip_rates[point];
+            }
+        }
+        true
+    }
+
     /// Remembers the present state.
     pub(crate) fn save(&mut self) {
         self.saved.pose = self.pose;
@@ -876,6 +924,11 @@ impl Equilibrium {
         let own = std::mem::replace(&mut self.saved, snapshot.0.clone());
         self.restore();
         self.saved = own;
+    }
+
+    /// Rotation (rad) since the remembered state.
+    pub(crate) fn turned_since_saved(&self) -> f64 {
+        so3::log(&(self.pose.rotation * self.saved.pose.rotation.transpose())).norm()
     }
 
     /// Total wrench about the sole's origin, world axes.

@@ -74,6 +74,9 @@ pub struct EstimatorSettings {
     /// Largest residual: force over the load, moment about the ZMP over 0.1 m times the load. 1e-12 is reachable at any load; a
     /// rounding floor applies below about 0.1 N.
     pub tolerance: f64,
+    /// Time from tick to tick (s): the references' rates over it predict the next pose, from which the iteration starts. Has no
+    /// influence on the answer beyond the tolerance.
+    pub period_s: f64,
     /// Newton iterations per attempt.
     pub iterations_max: usize,
     /// Newton iterations in all when the direct attempt fails and the load is followed step by step. 0: never.
@@ -90,8 +93,9 @@ impl Default for EstimatorSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-9,
-            iterations_max: 30,
-            continuation_iterations_max: 400,
+            period_s: 0.005,
+            iterations_max: 60,
+            continuation_iterations_max: 800,
             friction_use_max: 0.99,
             tilt_doubtful_rad: 5.0_f64.to_radians(),
             euler_order: EulerOrder::default(),
@@ -283,10 +287,12 @@ pub struct StanceEstimator {
     forces: Vec<Vec3>,
 }
 
+/// Largest turn (rad) from one load to the next that is believed without following the load in smaller steps.
+const LEAP_RAD: f64 = 0.06;
 /// `K_c` is rebuilt when the contact laws are off by more than this fraction of the load, or the tolerance if that is larger.
 const REFRESH: f64 = 1e-11;
 /// Iterations per step, first and smallest step of the continuation.
-const CONTINUATION_ITERATIONS: usize = 12;
+const CONTINUATION_ITERATIONS: usize = 25;
 const CONTINUATION_FIRST: f64 = 0.25;
 const CONTINUATION_LAST: f64 = 1.0 / 1024.0;
 
@@ -405,7 +411,16 @@ impl StanceEstimator {
         self.equilibrium.save();
         let limits = Limits { tolerance: self.settings.tolerance, iterations: self.settings.iterations_max };
         let mut failure = None;
-        if self.equilibrium.newton(&target, &limits) != End::Converged {
+        let predicted = self.equilibrium.predict(self.settings.period_s);
+        let mut end = self.equilibrium.newton(&target, &limits);
+        if end != End::Converged && predicted {
+            self.equilibrium.restore();
+            end = self.equilibrium.newton(&target, &limits);
+        }
+        // Beyond the fold the linear sole has further equilibria, tilted by tens of degrees: a large turn within one tick must be
+        // one that the load leads to.
+        let leapt = end == End::Converged && self.equilibrium.turned_since_saved() > LEAP_RAD;
+        if end != End::Converged || leapt {
             failure = self.follow(&target);
         }
         if failure.is_none() {
@@ -446,7 +461,10 @@ impl StanceEstimator {
                 return Some(Status::NotConverged);
             }
             let next = f64::min(reached + step, 1.0);
-            if self.equilibrium.newton(&from.between(target, next), &limits) == End::Converged {
+            let before = self.equilibrium.pose.rotation;
+            let end = self.equilibrium.newton(&from.between(target, next), &limits);
+            let turned = so3::log(&(self.equilibrium.pose.rotation * before.transpose())).norm();
+            if end == End::Converged && turned < LEAP_RAD {
                 reached = next;
                 step *= 1.5;
                 good = self.equilibrium.clone_state();

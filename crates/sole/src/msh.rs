@@ -109,9 +109,7 @@ impl Mesh {
         let tags: Vec<u64> = file.nodes.keys().copied().collect();
         let index: BTreeMap<u64, usize> = tags.iter().enumerate().map(|(i, tag)| (*tag, i)).collect();
         let nodes: Vec<Vec3> = file.nodes.values().copied().collect();
-        let place = |element: u64, node: u64| {
-            index.get(&node).copied().ok_or(MshError::UnknownNode { element, node })
-        };
+        let place = |element: u64, node: u64| index.get(&node).copied().ok_or(MshError::UnknownNode { element, node });
         let mut tetrahedra = Vec::with_capacity(file.tetrahedra.len());
         for (element, corners) in &file.tetrahedra {
             let mut t = [0; 4];

@@ -27,7 +27,13 @@ pub struct NestedSettings {
 
 impl Default for NestedSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-9, iterations_max: 40, sweeps_max: 2000, inner_fraction: 1e-2, euler_order: EulerOrder::default() }
+        Self {
+            tolerance: 1e-9,
+            iterations_max: 40,
+            sweeps_max: 2000,
+            inner_fraction: 1e-2,
+            euler_order: EulerOrder::default(),
+        }
     }
 }
 
@@ -155,14 +161,8 @@ impl NestedEstimator {
                 break;
             }
             let j = self.jacobian(&problem, &forces, &positions, &zmp);
-            let error = Vec6::new(
-                force_error.x,
-                force_error.y,
-                force_error.z,
-                moment_error.x,
-                moment_error.y,
-                moment_error.z,
-            );
+            let error =
+                Vec6::new(force_error.x, force_error.y, force_error.z, moment_error.x, moment_error.y, moment_error.z);
             let Some(step) = crate::equilibrium::scaled_solve(&j, &-error) else { break };
             let (linear, angular): (Vec3, Vec3) = (step.fixed_rows::<3>(0).into(), step.fixed_rows::<3>(3).into());
             let scale = 1.0_f64.min(STEP_MAX_M / linear.norm()).min(STEP_MAX_RAD / angular.norm());
@@ -186,7 +186,8 @@ impl NestedEstimator {
 
     /// Derivative of force and moment about the ZMP with the pose at frozen node states.
     fn jacobian(&self, problem: &ContactProblem, forces: &[Vec3], positions: &[Vec3], zmp: &Vec3) -> Mat6 {
-        let active: Vec<usize> = (0..forces.len()).filter(|i| self.workspace.states()[*i] != LocalState::Open).collect();
+        let active: Vec<usize> =
+            (0..forces.len()).filter(|i| self.workspace.states()[*i] != LocalState::Open).collect();
         let m = 3 * active.len();
         let (w, o) = (problem.delassus(), self.pose.translation);
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];

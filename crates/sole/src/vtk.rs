@@ -2,7 +2,9 @@
 
 use crate::{ElasticBody, Material, Mesh, SoleError};
 use spatial::{Transform, Vec3};
-use vtkio::model::{Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, UnstructuredGridPiece, Version, VertexNumbers};
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, UnstructuredGridPiece, Version, VertexNumbers,
+};
 
 /// Legacy VTK text: tetrahedra at their deformed world positions, with `displacement_m` (of the sole relative to its rigid pose) and
 /// `force_n` (of the ground) at the nodes, both in world axes.
@@ -30,7 +32,8 @@ pub fn deformed_sole_vtk(
         in_world[*node] = *force;
     }
     let displacement = body.displacement(&in_sole);
-    let flat = |vectors: &mut dyn Iterator<Item = Vec3>| -> Vec<f64> { vectors.flat_map(|v| [v.x, v.y, v.z]).collect() };
+    let flat =
+        |vectors: &mut dyn Iterator<Item = Vec3>| -> Vec<f64> { vectors.flat_map(|v| [v.x, v.y, v.z]).collect() };
     let points = flat(&mut mesh.nodes.iter().zip(&displacement).map(|(p, u)| X_WS.point(&(p + u))));
     let vertices = mesh.tetrahedra.iter().flat_map(|t| [4, t[0], t[1], t[2], t[3]]);
     // Node numbers of a mesh that fits in memory fit in the format's 32 bits.

@@ -6,8 +6,10 @@
 
 mod door;
 mod dynamics;
+mod friction;
 mod pattern;
 mod qp;
+mod sole;
 
 use clap::Parser;
 use door::Outcome;
@@ -25,6 +27,10 @@ struct Command {
 
 #[derive(clap::Subcommand)]
 enum Subcommand {
+    /// Contact with dry friction: one problem given by its Delassus operator.
+    Friction(friction::Arguments),
+    /// A soft sole under a sequence of loads or poses.
+    Sole(Box<sole::Arguments>),
     /// Rigid-body kinematics and dynamics of a robot given as URDF.
     Dynamics(dynamics::Arguments),
     /// Dense quadratic programs: the solvers of the whole-body controller.
@@ -35,6 +41,8 @@ enum Subcommand {
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
     match subcommand {
+        Subcommand::Friction(arguments) => friction::run(arguments),
+        Subcommand::Sole(arguments) => sole::run(arguments),
         Subcommand::Dynamics(arguments) => dynamics::run(arguments),
         Subcommand::Qp(arguments) => qp::run(arguments),
         Subcommand::Pattern(arguments) => pattern::run(arguments),

@@ -1,6 +1,11 @@
 //! Tests of the public interface.
 #![allow(non_snake_case)] // monogram notation
+#![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
+mod files;
+mod finite_elements;
+mod friction_on_soles;
 mod pose_driven;
 mod reference_cases;
+mod stances;
 mod walking_stance;

@@ -227,3 +227,35 @@ fn patches_of_a_fine_mesh_stand_in_for_its_nodes() {
     let (a, b) = (press(fine), press(patches));
     assert!((a / b - 1.0).abs() < 0.02, "flat pressing hardly depends on the level: {a} {b}");
 }
+
+#[test]
+fn poses_ten_degrees_and_ten_millimetres_off_are_solved_cold() {
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sound sole"));
+    for mu in [0.0, 0.1, 0.65, 1.5] {
+        let model = model.as_ref().clone().with_friction(vec![mu; 104]).expect("friction");
+        for (roll, pitch) in [(0.17, 0.0), (0.0, 0.17), (-0.12, 0.12), (0.05, -0.17)] {
+            let mut contact = PoseDrivenContact::new(model.clone(), PoseDrivenSettings::default());
+            // Undeformed and flat first, then thrown 10 mm down and aside.
+            contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.001), &Plane, 5e-3);
+            contact.commit();
+            let before = contact.report().node_positions.clone();
+            let x = pose(roll, pitch, 0.1, 0.01, -0.01, 0.0);
+            let report = contact.evaluate(&x, &Plane, 5e-3).clone();
+            let name = format!("mu {mu}, roll {roll}, pitch {pitch}");
+            assert_eq!(report.status, ContactStatus::Solved, "{name}: residual {}", report.residual);
+            laws_hold(&report, &before, mu);
+            assert!(report.wrench.force.z > 10.0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn without_friction_only_the_normal_is_left() {
+    let model = small_sole().as_ref().clone().with_friction(vec![0.0; 30]).expect("no friction");
+    let mut contact = PoseDrivenContact::new(model, PoseDrivenSettings::default());
+    contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -0.0005), &Plane, 1e-3);
+    contact.commit();
+    let report = contact.evaluate(&pose(0.0, 0.0, 0.0, 0.01, 0.0, -0.0005), &Plane, 1e-3);
+    assert_eq!(report.status, ContactStatus::Solved);
+    assert!(report.wrench.force.xy().norm() < 1e-9 * report.wrench.force.z, "{:?}", report.wrench);
+}

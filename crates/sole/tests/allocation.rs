@@ -1,0 +1,84 @@
+//! The tick does not allocate: counted by a global allocator of this test binary.
+
+#[path = "suite/walking_stance.rs"]
+mod walking_stance;
+
+use sole::{
+    EstimatorSettings, Foothold, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator,
+};
+use spatial::{Transform, Vec3, so3};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::Arc;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged; the count beside it does not allocate.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller's promise is the system allocator's precondition.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.get();
+    work();
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn the_guard_fires() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(vec![1_u8; 100]))), 1);
+}
+
+#[test]
+fn a_stance_of_the_estimator_does_not_allocate() {
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sole"));
+    let mut estimator = StanceEstimator::new(model, EstimatorSettings::default());
+    for mirror in [false, true] {
+        let references: Vec<_> =
+            (0..walking_stance::TICKS).map(|tick| walking_stance::reference(tick, mirror)).collect();
+        let count = allocations(|| {
+            estimator.touch_down(Foothold::default());
+            for reference in &references {
+                assert!(estimator.step(reference).status.is_solved());
+            }
+            estimator.lift_off();
+        });
+        assert_eq!(count, 0);
+    }
+}
+
+#[test]
+fn the_plant_s_contact_does_not_allocate() {
+    let model = SoleModel::build(&SoleSettings::default()).expect("a sole");
+    let settings = PoseDrivenSettings { viscosity_time_s: 0.02, ..PoseDrivenSettings::default() };
+    let mut contact = PoseDrivenContact::new(model, settings);
+    let count = allocations(|| {
+        for step in 0..300 {
+            let t = 0.005 * f64::from(step);
+            let pose = Transform::new(
+                so3::from_roll_pitch_yaw(0.01 * (5.0 * t).sin(), 0.015 * (3.0 * t).sin(), 0.0),
+                Vec3::new(1e-3 * (4.0 * t).sin(), 0.0, 1.2e-3 * (2.0 * t).cos() - 0.3e-3),
+            );
+            contact.evaluate(&pose, &Plane, 1e-3);
+            contact.commit();
+        }
+    });
+    assert_eq!(count, 0);
+}

@@ -1,0 +1,132 @@
+//! Meshes from Gmsh, condensed soles as bytes, pictures for VTK.
+
+use sole::{
+    CacheError, Material, Mesh, MeshSource, MshError, MshSets, SoleError, SoleModel, SoleSettings, deformed_sole_vtk,
+};
+use spatial::{Transform, Vec3};
+
+const GMSH: &str = include_str!("../data/sole_1494.msh");
+
+#[test]
+fn the_gmsh_sole_has_its_1494_elements_and_154_contact_nodes() {
+    let mesh = Mesh::from_msh(GMSH, MshSets::Groups).expect("a sound mesh");
+    assert_eq!((mesh.tetrahedra.len(), mesh.nodes.len(), mesh.contact.len()), (1494, 460, 154));
+    let worst = (0..1494).map(|t| mesh.quality(t)).fold(f64::INFINITY, f64::min);
+    assert!(worst > 0.3 && worst < 0.4, "the reference reports 0.35: {worst}");
+    assert_eq!(Mesh::from_msh(GMSH, MshSets::Planes).expect("planes").contact, mesh.contact);
+    let settings = SoleSettings { mesh: MeshSource::Mesh(mesh), ..SoleSettings::default() };
+    let model = SoleModel::build(&settings).expect("a sole");
+    // Facts: condition 81; flat stiffness 422 kN/m loaded, a little more bonded.
+    assert!((model.compliance_condition() / 81.0 - 1.0).abs() < 0.02, "{}", model.compliance_condition());
+    assert!((model.bonded_stiffness()[(2, 2)] / 422e3 - 1.0).abs() < 0.02);
+}
+
+/// The same box in format 2.2, written here.
+fn version_2(mesh: &Mesh, scale: f64) -> String {
+    let mut text = String::from(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"clamped\"\n2 2 \"contact\"\n3 3 \"sole\"\n$EndPhysicalNames\n",
+    );
+    text += &format!("$Nodes\n{}\n", mesh.nodes.len());
+    for (i, p) in mesh.nodes.iter().enumerate() {
+        text += &format!("{} {:e} {:e} {:e}\n", i + 1, scale * p.x, scale * p.y, scale * p.z);
+    }
+    text += "$EndNodes\n";
+    let mut elements = Vec::new();
+    for face in mesh.surface() {
+        for (group, set) in [(1, &mesh.clamped), (2, &mesh.contact)] {
+            if face.iter().all(|i| set.contains(i)) {
+                elements.push(format!("2 2 {group} 1 {} {} {}", face[0] + 1, face[1] + 1, face[2] + 1));
+            }
+        }
+    }
+    for t in &mesh.tetrahedra {
+        elements.push(format!("4 2 3 1 {} {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1));
+    }
+    text += &format!("$Elements\n{}\n", elements.len());
+    for (i, element) in elements.iter().enumerate() {
+        text += &format!("{} {element}\n", i + 1);
+    }
+    text + "$EndElements\n"
+}
+
+#[test]
+fn version_2_files_give_the_same_mesh() {
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
+    assert_eq!(Mesh::from_msh(&version_2(&mesh, 1.0), MshSets::Groups).expect("a mesh"), mesh);
+}
+
+#[test]
+fn unsound_files_are_refused_with_the_place() {
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
+    let good = version_2(&mesh, 1.0);
+    let error = |text: &str| Mesh::from_msh(text, MshSets::Groups).expect_err("unsound");
+    assert!(
+        matches!(error(&version_2(&mesh, 1000.0)), MshError::Units { extent_m } if (extent_m - 230.0).abs() < 1e-9)
+    );
+    assert!(matches!(error(&good.replace("2.2 0 8", "2.2 1 8")), MshError::Unsupported { .. }));
+    assert!(matches!(error(&good.replace("2.2 0 8", "4.0 0 8")), MshError::Unsupported { .. }));
+    assert!(matches!(error(&good.replace("\"clamped\"", "\"glued\"")), MshError::NoGroup { group: "clamped", .. }));
+    assert!(matches!(error(&good.replace("$EndElements", "")), MshError::Malformed { section: "Elements", .. }));
+    assert!(matches!(error("hello"), MshError::Malformed { section: "MeshFormat", .. }));
+    let first_tetrahedron = good.lines().position(|line| line.contains(" 4 2 3 1 ")).expect("one");
+    let mut lines: Vec<String> = good.lines().map(str::to_owned).collect();
+    let words: Vec<String> = lines[first_tetrahedron].split(' ').map(str::to_owned).collect();
+    lines[first_tetrahedron] = format!("{} 4 2 3 1 {} {} {} {}", words[0], words[6], words[5], words[7], words[8]);
+    let number: u64 = words[0].parse().expect("a number");
+    let inverted = error(&(lines.join("\n") + "\n"));
+    let MshError::Unsound { defect: SoleError::BadElement { .. }, element, .. } = inverted else {
+        panic!("{inverted:?}")
+    };
+    assert_eq!(element, Some(number));
+    lines[first_tetrahedron] = format!("{number} 4 2 3 1 1 2 3 999");
+    assert_eq!(error(&(lines.join("\n") + "\n")), MshError::UnknownNode { element: number, node: 999 });
+    let with_stray = good.replace("$Nodes\n24\n", "$Nodes\n25\n77 0 0 0\n");
+    let stray = error(&with_stray);
+    assert!(
+        matches!(stray, MshError::Unsound { defect: SoleError::UnreferencedNode { .. }, node: Some(77), .. }),
+        "{stray:?}"
+    );
+}
+
+#[test]
+fn a_cached_sole_is_the_sole_and_a_wrong_one_is_refused() {
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells: [4, 3, 2] };
+    let settings = SoleSettings { mesh, ..SoleSettings::default() };
+    let (model, bytes) = SoleModel::cached(&settings, None).expect("a sole");
+    let bytes = bytes.expect("nothing was cached");
+    let (again, none) = SoleModel::cached(&settings, Some(&bytes)).expect("a sole");
+    assert!(none.is_none(), "the bytes were good");
+    assert_eq!(again.compliance(), model.compliance());
+    assert_eq!(again.contact_points(), model.contact_points());
+    assert_eq!(again.friction(), model.friction());
+    assert_eq!(again.ankle_in_sole_m(), model.ankle_in_sole_m());
+    assert_eq!(again.statistics(), model.statistics());
+    let mut other = settings.clone();
+    other.material.young_modulus_pa *= 1.0 + 1e-15;
+    assert_ne!(other.key(), settings.key());
+    assert!(matches!(SoleModel::from_bytes(&bytes, other.key()), Err(CacheError::Key { .. })));
+    let mut altered = bytes.clone();
+    altered[200] ^= 1;
+    assert!(matches!(SoleModel::from_bytes(&altered, settings.key()), Err(CacheError::Damaged { .. })));
+    assert!(matches!(
+        SoleModel::from_bytes(&bytes[..bytes.len() - 9], settings.key()),
+        Err(CacheError::Damaged { .. })
+    ));
+    assert!(matches!(SoleModel::from_bytes(b"hello", settings.key()), Err(CacheError::Foreign)));
+    let mut newer = bytes.clone();
+    newer[8] = 99;
+    assert!(matches!(SoleModel::from_bytes(&newer, settings.key()), Err(CacheError::Version { found: 99, .. })));
+}
+
+#[test]
+fn the_deformed_sole_is_written_for_vtk() {
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
+    let material = Material { young_modulus_pa: 0.32e6, poisson_ratio: 0.31 };
+    let forces = vec![Vec3::new(0.0, 0.0, 10.0); mesh.contact.len()];
+    let text = deformed_sole_vtk(&mesh, &material, &Transform::identity(), &forces).expect("a picture");
+    for piece in ["UNSTRUCTURED_GRID", "POINTS 24", "CELLS 36 180", "displacement_m", "force_n"] {
+        assert!(text.contains(piece), "{piece} in\n{}", &text[..400]);
+    }
+    let error = deformed_sole_vtk(&mesh, &material, &Transform::identity(), &forces[1..]);
+    assert_eq!(error, Err(SoleError::Count { expected: 12, found: 11 }));
+}

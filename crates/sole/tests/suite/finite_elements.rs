@@ -1,0 +1,254 @@
+//! Identities, a manufactured solution with its order, condensation against a dense Schur complement.
+
+use nalgebra::{DMatrix, DVector};
+use sole::{
+    ContactSet, ElasticBody, Level, Material, Mesh, MeshSource, SoleModel, SoleSettings, element_stiffness, gradients,
+};
+use spatial::{Mat3, Vec3};
+
+const FOAM: Material = Material { young_modulus_pa: 0.32e6, poisson_ratio: 0.31 };
+
+/// Dense stiffness of all nodes, clamped or not.
+fn dense_stiffness(mesh: &Mesh, material: &Material) -> DMatrix<f64> {
+    let mut k = DMatrix::zeros(3 * mesh.nodes.len(), 3 * mesh.nodes.len());
+    for t in &mesh.tetrahedra {
+        let element = element_stiffness(&t.map(|i| mesh.nodes[i]), material);
+        for a in 0..4 {
+            for b in 0..4 {
+                let mut block = k.fixed_view_mut::<3, 3>(3 * t[a], 3 * t[b]);
+                block += element.fixed_view::<3, 3>(3 * a, 3 * b);
+            }
+        }
+    }
+    k
+}
+
+fn field(mesh: &Mesh, u: impl Fn(&Vec3) -> Vec3) -> DVector<f64> {
+    DVector::from_iterator(3 * mesh.nodes.len(), mesh.nodes.iter().flat_map(|p| <[f64; 3]>::from(u(p))))
+}
+
+#[test]
+fn rigid_motions_produce_no_force_and_stiffness_is_symmetric_and_definite() {
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).expect("a box");
+    let k = dense_stiffness(&mesh, &FOAM);
+    let scale = k.amax();
+    assert!((&k - k.transpose()).amax() < 1e-14 * scale);
+    for axis in 0..3 {
+        let e = Vec3::ith(axis, 1.0);
+        assert!((&k * field(&mesh, |_| e)).amax() < 1e-12 * scale, "translation {axis}");
+        assert!((&k * field(&mesh, |p| e.cross(p))).amax() < 1e-13 * scale, "rotation {axis}");
+    }
+    let eigenvalues = k.symmetric_eigenvalues();
+    let mut sorted: Vec<f64> = eigenvalues.iter().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    assert!(sorted[5].abs() < 1e-9 * sorted[6], "six rigid motions");
+    assert!(sorted[6] > 0.0, "everything else costs energy");
+}
+
+#[test]
+fn a_linear_displacement_gives_constant_stress_and_no_interior_force() {
+    let mesh = Mesh::kuhn_box([0.2, 0.1, 0.05], [4, 3, 3]).expect("a box");
+    let gradient = Mat3::new(1e-3, 2e-3, -1e-3, 0.5e-3, -2e-3, 3e-3, 1e-3, 0.0, 4e-3);
+    let u = field(&mesh, |p| gradient * p);
+    let k = dense_stiffness(&mesh, &FOAM);
+    let force = &k * &u;
+    let (low, high) = mesh.bounds();
+    let largest = force.amax();
+    for (i, p) in mesh.nodes.iter().enumerate() {
+        let inside = (0..3).all(|axis| p[axis] > low[axis] + 1e-9 && p[axis] < high[axis] - 1e-9);
+        if inside {
+            assert!(force.rows(3 * i, 3).amax() < 1e-12 * largest, "node {i}");
+        }
+    }
+    let strain = 0.5 * (gradient + gradient.transpose());
+    let density = 0.5 * FOAM.lame_lambda() * strain.trace().powi(2) + FOAM.lame_mu() * (strain * strain).trace();
+    let energy = 0.5 * u.dot(&force);
+    assert!((energy / (density * 0.2 * 0.1 * 0.05) - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_manufactured_solution_is_approached_with_second_order() {
+    // u = c b(x) with the bubble b = product of s (1 - s): zero on the boundary, which is clamped.
+    let c = Vec3::new(1.0, -0.5, 0.7);
+    let bubble = |s: f64| [s * (1.0 - s), 1.0 - 2.0 * s, -2.0];
+    let exact = |p: &Vec3| c * (bubble(p.x)[0] * bubble(p.y)[0] * bubble(p.z)[0]);
+    let body_force = |p: &Vec3| {
+        let [x, y, z] = [bubble(p.x), bubble(p.y), bubble(p.z)];
+        let hessian = Mat3::new(
+            x[2] * y[0] * z[0],
+            x[1] * y[1] * z[0],
+            x[1] * y[0] * z[1],
+            x[1] * y[1] * z[0],
+            x[0] * y[2] * z[0],
+            x[0] * y[1] * z[1],
+            x[1] * y[0] * z[1],
+            x[0] * y[1] * z[1],
+            x[0] * y[0] * z[2],
+        );
+        let (lambda, mu) = (FOAM.lame_lambda(), FOAM.lame_mu());
+        -((lambda + mu) * hessian * c + mu * hessian.trace() * c)
+    };
+    let error = |cells: usize| {
+        let mut mesh = Mesh::kuhn_box([1.0; 3], [cells; 3]).expect("a box");
+        for p in &mut mesh.nodes {
+            *p += Vec3::new(0.5, 0.5, 0.0);
+        }
+        mesh.clamped =
+            (0..mesh.nodes.len()).filter(|i| mesh.nodes[*i].iter().any(|x| *x < 1e-9 || *x > 1.0 - 1e-9)).collect();
+        let body = ElasticBody::new(&mesh, &FOAM).expect("a body");
+        let mut force = vec![Vec3::zeros(); mesh.nodes.len()];
+        for t in &mesh.tetrahedra {
+            let corners = t.map(|i| mesh.nodes[i]);
+            let (_, volume) = gradients(&corners);
+            // Four points of degree 2.
+            let (a, b) = ((5.0 + 3.0 * 5.0_f64.sqrt()) / 20.0, (5.0 - 5.0_f64.sqrt()) / 20.0);
+            for q in 0..4 {
+                let weight = |i: usize| if i == q { a } else { b };
+                let p: Vec3 = (0..4).map(|i| weight(i) * corners[i]).sum();
+                for i in 0..4 {
+                    force[t[i]] += 0.25 * volume * weight(i) * body_force(&p);
+                }
+            }
+        }
+        let u = body.displacement(&force);
+        let square: f64 = u.iter().zip(&mesh.nodes).map(|(u, p)| (u - exact(p)).norm_squared()).sum();
+        // The L2 norm by nodal volumes.
+        (square / (cells * cells * cells) as f64).sqrt()
+    };
+    let errors = [error(4), error(8), error(16)];
+    let order = (errors[1] / errors[2]).log2();
+    assert!(errors[0] > errors[1] && order > 1.8 && order < 2.5, "order {order}, errors {errors:?}");
+}
+
+#[test]
+fn the_condensed_compliance_is_the_inverse_of_the_dense_schur_complement() {
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).expect("a box");
+    let k = dense_stiffness(&mesh, &FOAM);
+    let dofs = |nodes: &[usize]| nodes.iter().flat_map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>();
+    let contact = dofs(&mesh.contact);
+    let interior: Vec<usize> =
+        (0..mesh.nodes.len()).filter(|i| !mesh.contact.contains(i) && !mesh.clamped.contains(i)).collect();
+    let interior = dofs(&interior);
+    let pick = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| k[(rows[i], columns[j])])
+    };
+    let inner = pick(&interior, &interior).lu().solve(&pick(&interior, &contact)).expect("regular");
+    let schur = pick(&contact, &contact) - pick(&contact, &interior) * inner;
+    let dense = schur.try_inverse().expect("regular");
+    let nodal: Vec<Vec<(usize, f64)>> = mesh.contact.iter().map(|i| vec![(*i, 1.0)]).collect();
+    let ours = ElasticBody::new(&mesh, &FOAM).expect("a body").compliance(&nodal);
+    assert!((&ours - &dense).amax() < 1e-10 * dense.amax(), "{}", (&ours - &dense).amax() / dense.amax());
+    assert!(ours.symmetric_eigenvalues().min() > 0.0);
+}
+
+#[test]
+fn a_sliver_leaves_the_compliance_right() {
+    // One interior node of a box moved until the flattest element around it has a millionth of its volume.
+    let mesh = Mesh::kuhn_box([0.2, 0.1, 0.03], [2, 2, 2]).expect("a box");
+    let middle = 13;
+    let mut flattened = mesh.clone();
+    let t = mesh.tetrahedra.iter().find(|t| t.contains(&middle)).expect("an element");
+    let others: Vec<Vec3> = t.iter().filter(|i| **i != middle).map(|i| mesh.nodes[*i]).collect();
+    let foot = (others[0] + others[1] + others[2]) / 3.0;
+    flattened.nodes[middle] = foot + 1e-6 * (mesh.nodes[middle] - foot);
+    if let Ok(sliver) = flattened.checked() {
+        let quality = (0..sliver.tetrahedra.len()).map(|t| sliver.quality(t)).fold(f64::INFINITY, f64::min);
+        assert!(quality < 1e-4, "the element is flat: {quality}");
+        let model = SoleModel::build(&SoleSettings {
+            mesh: MeshSource::Mesh(sliver.clone()),
+            material: FOAM,
+            ..SoleSettings::default()
+        })
+        .expect("a sole");
+        let k = model.bonded_stiffness();
+        let sound = SoleModel::build(&SoleSettings { mesh: MeshSource::Mesh(mesh), ..SoleSettings::default() })
+            .expect("a sole");
+        let ratio = k[(2, 2)] / sound.bonded_stiffness()[(2, 2)];
+        assert!((ratio - 1.0).abs() < 0.5, "one flat element does not change the sole's stiffness much: {ratio}");
+    } else {
+        panic!("a thin element with positive volume is accepted");
+    }
+}
+
+#[test]
+fn quadratic_elements_do_not_lock() {
+    let stiffness = |level: Level, cells: [usize; 3], nu: f64| {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.03], cells };
+        let material = Material { poisson_ratio: nu, ..FOAM };
+        let model =
+            SoleModel::build(&SoleSettings { mesh, material, level, ..SoleSettings::default() }).expect("a sole");
+        let k = model.bonded_stiffness();
+        [k[(2, 2)], k[(3, 3)], k[(4, 4)]]
+    };
+    let coarse = stiffness(Level::Fem, [10, 5, 3], 0.49);
+    let fine = stiffness(Level::Fem, [16, 9, 4], 0.49);
+    let quadratic = stiffness(Level::QuadraticFem, [10, 5, 3], 0.49);
+    // Linear elements are too stiff from above; the quadratic coarse mesh is softer than the finer linear one.
+    for axis in 0..3 {
+        assert!(coarse[axis] > fine[axis] && fine[axis] > quadratic[axis], "{coarse:?} {fine:?} {quadratic:?}");
+    }
+    assert!(coarse[1] / quadratic[1] > 1.3, "at nu = 0.49 the roll stiffness of linear elements is far off");
+    let (linear, quadratic) =
+        (stiffness(Level::Fem, [10, 5, 3], 0.31), stiffness(Level::QuadraticFem, [10, 5, 3], 0.31));
+    assert!(linear[0] / quadratic[0] < 1.06, "at nu = 0.31 the vertical stiffness is fine: {linear:?} {quadratic:?}");
+}
+
+#[test]
+fn springs_have_the_stiffness_they_stand_for() {
+    let build = |level: Level| SoleModel::build(&SoleSettings { level, ..SoleSettings::default() }).expect("a sole");
+    let fem = build(Level::Fem).bonded_stiffness();
+    let lumped = build(Level::Lumped).bonded_stiffness();
+    for axis in 2..5 {
+        assert!((lumped[(axis, axis)] / fem[(axis, axis)] - 1.0).abs() < 1e-9, "axis {axis}");
+    }
+    let winkler = build(Level::Winkler { cells: [9, 5] });
+    assert_eq!(winkler.contact_points().len(), 60);
+    assert!((winkler.bonded_stiffness()[(2, 2)] / fem[(2, 2)] - 1.0).abs() < 1e-9);
+    let rigid = build(Level::Rigid);
+    assert_eq!(rigid.contact_points().len(), 4);
+    assert!(rigid.bonded_stiffness()[(2, 2)] > 0.99e9);
+}
+
+#[test]
+fn all_free_surface_nodes_as_candidates_include_the_bottom_ones() {
+    let all = SoleModel::build(&SoleSettings { contact: ContactSet::All, ..SoleSettings::default() }).expect("a sole");
+    let bottom = SoleModel::build(&SoleSettings::default()).expect("a sole");
+    assert_eq!(bottom.contact_points().len(), 104);
+    // 104 below, and 38 around on each of the two layers between bottom and top.
+    assert_eq!(all.contact_points().len(), 104 + 2 * 38);
+}
+
+#[test]
+fn unsound_meshes_materials_and_frictions_are_named() {
+    use sole::SoleError;
+    let good = Mesh::kuhn_box([0.2, 0.1, 0.03], [2, 1, 1]).expect("a box");
+    let broken = |change: &dyn Fn(&mut Mesh)| {
+        let mut mesh = good.clone();
+        change(&mut mesh);
+        mesh.checked().expect_err("unsound")
+    };
+    assert!(matches!(broken(&|m| m.tetrahedra[3].swap(0, 1)), SoleError::BadElement { element: 3, .. }));
+    assert!(matches!(broken(&|m| m.nodes[2].x = f64::NAN), SoleError::NodeNotFinite { node: 2 }));
+    assert!(matches!(broken(&|m| m.nodes.push(Vec3::zeros())), SoleError::UnreferencedNode { node: 12 }));
+    assert!(matches!(broken(&|m| m.tetrahedra[0][1] = 99), SoleError::UnknownNode { element: 0, node: 99 }));
+    assert!(matches!(broken(&|m| m.clamped.clear()), SoleError::NothingClamped));
+    assert!(matches!(broken(&|m| m.contact.clear()), SoleError::NoContactCandidate));
+    assert!(matches!(broken(&|m| m.contact.push(m.clamped[0])), SoleError::ClampedContact { .. }));
+    assert!(matches!(
+        broken(&|m| {
+            let n = m.nodes.len();
+            m.nodes.extend([Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]);
+            m.tetrahedra.push([n, n + 1, n + 2, n + 3]);
+        }),
+        SoleError::Disconnected { .. }
+    ));
+    assert!(matches!(Mesh::kuhn_box([0.0, 1.0, 1.0], [1, 1, 1]), Err(SoleError::EmptyBox { .. })));
+    let settings = SoleSettings::default();
+    let incompressible = Material { poisson_ratio: 0.5, ..FOAM };
+    let error = SoleModel::build(&SoleSettings { material: incompressible, ..settings.clone() });
+    assert!(matches!(error, Err(SoleError::Material { .. })));
+    let error = SoleModel::build(&SoleSettings { friction: -0.1, ..settings.clone() });
+    assert!(matches!(error, Err(SoleError::Friction { point: 0, .. })));
+    let error = SoleModel::build(&SoleSettings { level: Level::Patches { cells: [40, 40] }, ..settings });
+    assert!(matches!(error, Err(SoleError::EmptyPatch { .. })));
+}

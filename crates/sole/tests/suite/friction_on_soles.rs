@@ -1,0 +1,127 @@
+//! The contact solvers on the problems that soles make: five shapes, eight poses, friction from 0 to 1.5, cold.
+
+use friction::{ContactProblem, Settings, Status, Workspace, gauss_seidel, newton, proximal, solve};
+use nalgebra::{DMatrix, DVector};
+use sole::{Material, MeshSource, SoleModel, SoleSettings};
+use spatial::{Transform, Vec3, so3};
+
+fn problem(model: &SoleModel, pose: &Transform, slip: &Vec3, mu: f64) -> ContactProblem {
+    let (points, c) = (model.contact_points(), model.compliance());
+    let n = points.len();
+    let mut delassus = DMatrix::zeros(3 * n, 3 * n);
+    let mut free = DVector::zeros(3 * n);
+    for b in 0..n {
+        for a in 0..n {
+            let block = pose.rotation * c.fixed_view::<3, 3>(3 * a, 3 * b) * pose.rotation.transpose();
+            delassus.fixed_view_mut::<3, 3>(3 * a, 3 * b).copy_from(&block);
+        }
+        let from = Vec3::new(points[b].x, points[b].y, 0.0);
+        free.fixed_rows_mut::<3>(3 * b).copy_from(&(pose.point(&points[b]) - from + slip));
+    }
+    ContactProblem::new(delassus, free, vec![mu; n]).expect("a sound problem")
+}
+
+#[test]
+fn no_pose_friction_or_shape_defeats_the_solvers_and_they_agree() {
+    let shapes = [(0.03, 0.31), (0.008, 0.31), (0.06, 0.31), (0.06, 0.47), (0.012, 0.47)];
+    let pose = |roll: f64, pitch: f64, yaw: f64, z: f64| {
+        Transform::new(so3::from_roll_pitch_yaw(roll, pitch, yaw), Vec3::new(0.0, 0.0, z))
+    };
+    let poses = [
+        (pose(0.0, 0.0, 0.0, -0.001), Vec3::zeros()),
+        (pose(0.01, 0.01, 0.0, -0.004), Vec3::new(2e-4, 0.0, 0.0)),
+        (pose(0.0, -0.04, 0.0, 0.003), Vec3::zeros()),
+        (pose(0.01, 0.03, 0.02, 0.001), Vec3::new(1e-4, 0.0, 0.0)),
+        (pose(0.0, 0.0, 0.03, -0.001), Vec3::zeros()),
+        (pose(0.005, 0.01, 0.0, -0.001), Vec3::new(1.2e-3, 3e-4, 0.0)),
+        (pose(0.0, 0.005, 0.0, -0.001), Vec3::new(8e-3, -3e-3, 0.0)),
+        (pose(0.02, 0.02, 0.0, 0.0033), Vec3::new(1e-4, 0.0, 0.0)),
+    ];
+    let settings = Settings { tolerance: 1e-12, ..Settings::default() };
+    for (height, poisson_ratio) in shapes {
+        let model = SoleModel::build(&SoleSettings {
+            mesh: MeshSource::Box { size_m: [0.23, 0.13, height], cells: [6, 4, 2] },
+            material: Material { young_modulus_pa: 0.32e6, poisson_ratio },
+            ..SoleSettings::default()
+        })
+        .expect("a sole");
+        for mu in [0.0, 0.3, 0.8, 1.5] {
+            for (k, (x, slip)) in poses.iter().enumerate() {
+                let name = format!("{height} m, nu {poisson_ratio}, mu {mu}, pose {k}");
+                let problem = problem(&model, x, slip, mu);
+                let n = problem.contact_count();
+                let all = solve(&problem, &mut Workspace::new(n), &settings);
+                assert_eq!(all.status, Status::Solved, "{name}: {:e}", all.residual.relative);
+                let scale = all.force.norm().max(1e-9);
+                let swept = gauss_seidel(&problem, &mut Workspace::new(n), &settings);
+                // At mu = 1.5 neither iteration need converge alone, nor is the solution unique.
+                let usual = mu <= 1.0;
+                if usual {
+                    assert_eq!(swept.status, Status::Solved, "{name}, Gauss-Seidel: {:e}", swept.residual.relative);
+                    assert!((&all.force - &swept.force).norm() < 1e-9 * scale, "{name}");
+                }
+                // Newton from the states that a few sweeps find.
+                let mut workspace = Workspace::new(n);
+                gauss_seidel(&problem, &mut workspace, &Settings { sweeps_max: 20, ..settings });
+                let polished = newton(&problem, &mut workspace, &settings);
+                if usual {
+                    assert_eq!(polished.status, Status::Solved, "{name}, Newton: {:e}", polished.residual.relative);
+                    assert!((&all.force - &polished.force).norm() < 1e-9 * scale, "{name}, Newton");
+                }
+            }
+        }
+    }
+}
+
+/// A box of 4 kg on eight corner contacts, twice as many as it needs: `W = J M^-1 J'` has rank 6 of 24.
+#[test]
+fn a_rank_deficient_stack_is_solved_by_the_proximal_method() {
+    let corners: Vec<Vec3> =
+        (0..8).map(|i| Vec3::new(f64::from(i % 4) * 0.1 - 0.15, if i < 4 { -0.1 } else { 0.1 }, -0.05)).collect();
+    let mass = 4.0;
+    let inertia = [0.02, 0.03, 0.04];
+    let mut j = DMatrix::zeros(24, 6);
+    for (i, p) in corners.iter().enumerate() {
+        j.fixed_view_mut::<3, 3>(3 * i, 0).fill_with_identity();
+        j.fixed_view_mut::<3, 3>(3 * i, 3).copy_from(&-so3::skew(p));
+    }
+    let inverse = DMatrix::from_diagonal(&DVector::from_vec(vec![
+        1.0 / mass,
+        1.0 / mass,
+        1.0 / mass,
+        1.0 / inertia[0],
+        1.0 / inertia[1],
+        1.0 / inertia[2],
+    ]));
+    let w = &j * inverse * j.transpose();
+    // Falling for 10 ms while pushed sideways.
+    let velocity = DVector::from_vec(vec![0.03, 0.01, -0.0981, 0.0, 0.1, 0.2]);
+    let problem = ContactProblem::new(w, &j * velocity, vec![0.4; 8]).expect("a sound problem");
+    let settings = Settings { tolerance: 1e-8, ..Settings::default() };
+    let report = proximal(&problem, &mut Workspace::new(8), &settings);
+    assert_eq!(report.status, Status::Solved, "{:e}", report.residual.relative);
+    let report = solve(&problem, &mut Workspace::new(8), &settings);
+    assert_eq!(report.status, Status::Solved, "{:e}", report.residual.relative);
+    assert!(report.force.dot(&report.delta) <= 1e-9, "contact and friction take energy");
+}
+
+#[test]
+fn wrong_numbers_are_named() {
+    use friction::ProblemError;
+    let identity = || DMatrix::identity(6, 6);
+    let q = || DVector::zeros(6);
+    assert!(matches!(ContactProblem::new(identity(), q(), vec![0.5]), Err(ProblemError::Size { .. })));
+    let mut w = identity();
+    w[(0, 3)] = 0.5;
+    assert!(matches!(
+        ContactProblem::new(w, q(), vec![0.5; 2]),
+        Err(ProblemError::NotSymmetric { row: 0, column: 3, .. })
+    ));
+    let mut w = identity();
+    w[(2, 2)] = f64::NAN;
+    assert!(matches!(ContactProblem::new(w, q(), vec![0.5; 2]), Err(ProblemError::NotFinite { what: "W", row: 2 })));
+    let error = ContactProblem::new(identity(), q(), vec![0.5, -0.1]);
+    assert!(matches!(error, Err(ProblemError::NegativeFriction { contact: 1, .. })));
+    let error = ContactProblem::new(DMatrix::zeros(6, 6), q(), vec![0.5; 2]);
+    assert!(matches!(error, Err(ProblemError::ImmovableContact { contact: 0 })));
+}

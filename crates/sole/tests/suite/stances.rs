@@ -1,0 +1,421 @@
+//! Whole stances, histories, derivatives, and the hard cases.
+
+use crate::walking_stance::{self, TICKS, WEIGHT_N};
+use nalgebra::Vector2;
+use sole::{
+    EstimatorSettings, EulerOrder, Foothold, Level, Material, MeshSource, NestedEstimator, NestedSettings, NodeState,
+    SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
+};
+use spatial::{Mat3, Vec3, Vec6, so3};
+use std::sync::Arc;
+
+fn sole(cells: [usize; 3], height: f64, level: Level) -> Arc<SoleModel> {
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, height], cells };
+    Arc::new(SoleModel::build(&SoleSettings { mesh, level, ..SoleSettings::default() }).expect("a sole"))
+}
+
+fn small() -> Arc<SoleModel> {
+    sole([5, 4, 2], 0.021, Level::Fem)
+}
+
+fn tight() -> EstimatorSettings {
+    EstimatorSettings { tolerance: 1e-12, ..EstimatorSettings::default() }
+}
+
+fn laws_hold(model: &SoleModel, report: &StanceReport, load: f64) {
+    assert!(report.residual < 1e-8, "residual {}", report.residual);
+    assert!(report.law_violation_n < 1e-7 * load, "laws off by {} N of {load}", report.law_violation_n);
+    for (i, (f, p)) in report.node_forces.iter().zip(&report.node_positions).enumerate() {
+        assert!(f.z >= -1e-9 * load, "the ground pulls point {i}");
+        assert!(p.z >= -1e-10, "point {i} is under the ground by {}", -p.z);
+        assert!(f.xy().norm() <= model.friction()[i] * f.z + 1e-8 * load, "point {i} exceeds its friction");
+        assert!(report.node_states[i] != NodeState::Free || *f == Vec3::zeros());
+    }
+    let total: Vec3 = report.node_forces.iter().sum();
+    assert!((total - report.wrench.force).norm() < 1e-9 * load);
+}
+
+#[test]
+fn a_walking_stance_has_no_failed_tick_and_meets_its_load_at_every_one() {
+    let model = sole([12, 7, 3], 0.021, Level::Fem);
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), tight());
+    estimator.touch_down(Foothold { x_m: 0.1, y_m: -0.08, yaw_rad: 0.2 });
+    let turn = so3::about_z(0.2);
+    let mut slid = 0;
+    let mut before: Option<StanceReport> = None;
+    for tick in 0..TICKS {
+        let mut reference = walking_stance::reference(tick, false);
+        for z in &mut reference.zmp {
+            *z = (turn * Vec3::new(z.x, z.y, 0.0)).xy();
+        }
+        reference.zmp[0] += Vector2::new(0.1, -0.08);
+        let report = estimator.step(&reference).clone();
+        assert_eq!(report.status, Status::Converged, "tick {tick}");
+        laws_hold(&model, &report, reference.force.norm());
+        assert!((report.wrench.force - reference.force).norm() < 1e-8 * reference.force.norm());
+        assert!((report.zmp - reference.zmp[0]).norm() < 1e-9, "tick {tick}");
+        assert!(report.moment_z_nm.abs() < 1e-9 * reference.force.norm());
+        if let Some(before) = &before {
+            let pairs = report.node_positions.iter().zip(&before.node_positions);
+            let work: f64 = pairs.zip(&report.node_forces).map(|((p, q), f)| -f.xy().dot(&(p - q).xy())).sum();
+            assert!(work >= -1e-12, "tick {tick}: friction makes {} J", -work);
+        }
+        slid = slid.max(report.sliding);
+        before = Some(report);
+    }
+    assert!(slid > 10, "the unloading ramp slides: {slid} points");
+}
+
+#[test]
+fn the_paper_s_nested_scheme_finds_the_same_stance() {
+    let model = small();
+    let mut fast = StanceEstimator::new(Arc::clone(&model), tight());
+    fast.touch_down(Foothold::default());
+    let settings = NestedSettings { tolerance: 1e-11, ..NestedSettings::default() };
+    let mut nested = NestedEstimator::touch_down(Arc::clone(&model), settings, Foothold::default());
+    for tick in (0..TICKS).step_by(4) {
+        let reference = walking_stance::reference(tick, false);
+        let report = fast.step(&reference);
+        assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
+        let slow = nested.step(&reference);
+        assert!(slow.converged, "tick {tick}: nested residual {}", slow.residual);
+        let away = (report.sole_pose.translation - slow.sole_pose.translation).norm();
+        assert!(away < 1e-9, "tick {tick}: positions differ by {away}");
+        let turned = so3::log(&(report.sole_pose.rotation.transpose() * slow.sole_pose.rotation)).norm();
+        assert!(turned < 1e-8, "tick {tick}: rotations differ by {turned}");
+        for (a, b) in report.node_forces.iter().zip(&slow.node_forces) {
+            assert!((a - b).norm() < 1e-7 * reference.force.norm(), "tick {tick}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn mirrored_loads_give_mirrored_poses() {
+    let left = small();
+    let right = Arc::new(left.mirrored());
+    let mut estimators = [StanceEstimator::new(left, tight()), StanceEstimator::new(right, tight())];
+    estimators[0].touch_down(Foothold { x_m: 0.0, y_m: 0.08, yaw_rad: 0.1 });
+    estimators[1].touch_down(Foothold { x_m: 0.0, y_m: -0.08, yaw_rad: -0.1 });
+    let flip = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, 1.0));
+    for tick in (0..TICKS).step_by(7) {
+        let poses = [0, 1].map(|foot| {
+            let mut reference = walking_stance::reference(tick, foot == 1);
+            reference.zmp[0].y += if foot == 0 { 0.08 } else { -0.08 };
+            let report = estimators[foot].step(&reference);
+            assert!(report.status.is_solved());
+            (report.ankle_pose, report.ankle_twist)
+        });
+        let [(l, lv), (r, rv)] = poses;
+        assert!((flip * l.translation - r.translation).norm() < 1e-12, "tick {tick}");
+        assert!((flip * l.rotation * flip - r.rotation).norm() < 1e-11, "tick {tick}");
+        assert!((flip * lv.linear - rv.linear).norm() < 1e-9 * (1.0 + lv.linear.norm()), "tick {tick}");
+    }
+}
+
+#[test]
+fn a_restart_in_mid_stance_agrees_to_the_bit() {
+    let model = small();
+    let mut running = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+    // The running one has another stance behind it.
+    running.touch_down(Foothold { x_m: -0.3, y_m: 0.1, yaw_rad: -0.2 });
+    for tick in 0..50 {
+        let mut reference = walking_stance::reference(tick, true);
+        reference.zmp[0] += Vector2::new(-0.3, 0.1);
+        running.step(&reference);
+    }
+    running.lift_off();
+    running.touch_down(Foothold::default());
+    let mut restarted = StanceEstimator::new(model, EstimatorSettings::default());
+    restarted.touch_down(Foothold::default());
+    for tick in 0..TICKS {
+        let reference = walking_stance::reference(tick, false);
+        let a = running.step(&reference).clone();
+        let b = restarted.step(&reference);
+        assert_eq!(a.sole_pose, b.sole_pose, "tick {tick}");
+        assert_eq!(a.node_forces, b.node_forces, "tick {tick}");
+        assert_eq!(a.twist, b.twist, "tick {tick}");
+        assert_eq!(a.acceleration, b.acceleration, "tick {tick}");
+    }
+}
+
+#[test]
+fn twist_and_acceleration_are_the_derivatives_of_the_pose() {
+    // At frozen references: the same tick, its load moved along its own rates.
+    for stop in [60, 110, 178] {
+        let model = small();
+        let mut estimator = StanceEstimator::new(model, tight());
+        estimator.touch_down(Foothold::default());
+        for tick in 0..stop {
+            estimator.step(&walking_stance::reference(tick, false));
+        }
+        let base = walking_stance::reference(stop, false);
+        let at = |t: f64| {
+            let mut moved = base;
+            moved.force = base.force + t * base.force_rate + 0.5 * t * t * base.force_acceleration;
+            moved.zmp[0] = base.zmp[0] + t * base.zmp[1] + 0.5 * t * t * base.zmp[2];
+            let mut copy = estimator.clone();
+            let report = copy.step(&moved).clone();
+            assert!(report.status.is_solved());
+            report
+        };
+        let h = 2e-5;
+        let (before, here, after) = (at(-h), at(0.0), at(h));
+        let same = before.node_states == after.node_states && before.node_states == here.node_states;
+        assert!(same, "stop {stop}: choose a tick whose states do not change");
+        let velocity = (after.sole_pose.translation - before.sole_pose.translation) / (2.0 * h);
+        let error = (velocity - here.twist.linear).norm() / here.twist.linear.norm();
+        assert!(error < 1e-5, "stop {stop}: velocity off by {error}");
+        let spin = so3::log(&(after.sole_pose.rotation * before.sole_pose.rotation.transpose())) / (2.0 * h);
+        let error = (spin - here.twist.angular).norm() / here.twist.angular.norm();
+        assert!(error < 1e-5, "stop {stop}: angular velocity off by {error}");
+        let change = (after.twist.linear - before.twist.linear) / (2.0 * h);
+        // The rates at t = +-h follow from references whose own rates are those at 0: add what they change by.
+        let rates = |report: &StanceReport| Vec6::from(report.twist.to_vector());
+        assert!(rates(&here).iter().all(|x| x.is_finite()) && change.iter().all(|x| x.is_finite()));
+        let second =
+            (after.sole_pose.translation - 2.0 * here.sole_pose.translation + before.sole_pose.translation) / (h * h);
+        // Rounding of the second difference: 1e-15 m over h^2.
+        let error = (second - here.acceleration.linear).norm();
+        let noise = 4e-14 / (h * h);
+        assert!(error < 1e-3 * here.acceleration.linear.norm() + noise, "stop {stop}: acceleration off by {error}");
+    }
+}
+
+#[test]
+fn invalid_input_is_refused_and_leaves_the_history_unharmed() {
+    let model = small();
+    let mut estimator = StanceEstimator::new(model, EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    for tick in 0..60 {
+        estimator.step(&walking_stance::reference(tick, false));
+    }
+    let mut undisturbed = estimator.clone();
+    let good = walking_stance::reference(60, false);
+    let mut nan = good;
+    nan.force.y = f64::NAN;
+    assert_eq!(estimator.step(&nan).status, Status::InvalidInput);
+    let mut infinite = good;
+    infinite.zmp[2].x = f64::INFINITY;
+    assert_eq!(estimator.step(&infinite).status, Status::InvalidInput);
+    assert_eq!(estimator.report().age_ticks, 2);
+    let outside = StanceReference::constant(good.force, Vector2::new(0.2, 0.0));
+    assert!(matches!(estimator.step(&outside).status, Status::ZmpOutsideSole { by_m } if (by_m - 0.085).abs() < 0.001));
+    let pulling = StanceReference::constant(-good.force, good.zmp[0]);
+    assert!(matches!(estimator.step(&pulling).status, Status::NoLoad { .. }));
+    let slippery = StanceReference::constant(Vec3::new(300.0, 0.0, 383.0), good.zmp[0]);
+    assert!(matches!(estimator.step(&slippery).status, Status::OutsideFrictionCone { .. }));
+    let next = estimator.step(&good).clone();
+    assert_eq!(next.age_ticks, 0);
+    assert_eq!(next.sole_pose, undisturbed.step(&good).sole_pose);
+}
+
+#[test]
+fn the_fold_is_reported_with_its_limit_and_survived() {
+    let model = sole([10, 5, 5], 0.03, Level::Fem);
+    let mut estimator = StanceEstimator::new(model, EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    let vertical = Vec3::new(0.0, 0.0, 383.0);
+    assert!(estimator.step(&StanceReference::constant(vertical, Vector2::zeros())).status.is_solved());
+    let mut undisturbed = estimator.clone();
+    let edge = StanceReference::constant(vertical, Vector2::new(0.99 * 0.115, 0.0));
+    match estimator.step(&edge).status {
+        Status::Fold { reached_zmp_m, fraction } => {
+            // Facts: 0.911 of the half-length on this mesh.
+            assert!((reached_zmp_m.x / 0.115 - 0.911).abs() < 0.005, "{reached_zmp_m}");
+            assert!((fraction * 0.99 - 0.911).abs() < 0.005);
+        }
+        other => panic!("{other:?}"),
+    }
+    let back = StanceReference::constant(vertical, Vector2::new(0.02, 0.01));
+    let a = estimator.step(&back).clone();
+    let b = undisturbed.step(&back);
+    assert!(a.status.is_solved());
+    assert!((a.sole_pose.translation - b.sole_pose.translation).norm() < 1e-10);
+}
+
+#[test]
+fn doubtful_tilts_are_said() {
+    let mut estimator = StanceEstimator::new(sole([10, 5, 5], 0.03, Level::Fem), EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    let load = StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.0, 0.058));
+    let status = estimator.step(&load).status;
+    assert!(matches!(status, Status::DoubtfulTilt { tilt_rad } if tilt_rad > 0.087 && tilt_rad < 0.35), "{status:?}");
+}
+
+/// Friction from none to rubber on dry concrete.
+#[test]
+fn friction_from_slippery_to_sticky() {
+    let frictionless = Arc::new(small().as_ref().clone().with_friction(vec![0.0; 30]).expect("no friction"));
+    let mut estimator = StanceEstimator::new(frictionless, EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    let status = estimator.step(&StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::zeros())).status;
+    assert_eq!(status, Status::Indeterminate);
+    for mu in [0.05, 0.1, 1.5] {
+        let model = Arc::new(small().as_ref().clone().with_friction(vec![mu; 30]).expect("friction"));
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        for tick in 0..TICKS {
+            let mut reference = walking_stance::reference(tick, false);
+            // Horizontal forces up to 0.9 of the friction that there is, or as planned.
+            let scale = f64::min(1.0, 0.9 * mu / 0.3);
+            for f in [&mut reference.force, &mut reference.force_rate, &mut reference.force_acceleration] {
+                f.x *= scale;
+                f.y *= scale;
+            }
+            let report = estimator.step(&reference).clone();
+            assert!(report.status.is_solved(), "mu {mu}, tick {tick}: {:?}", report.status);
+            laws_hold(&model, &report, reference.force.norm());
+        }
+    }
+}
+
+#[test]
+fn loads_from_a_tenth_of_a_newton_to_five_kilonewtons() {
+    let model = sole([5, 4, 2], 0.03, Level::Fem);
+    for load in [0.1, 1.0, 20.0, 383.0, 2000.0, 5000.0] {
+        for zmp in [Vector2::zeros(), Vector2::new(0.03, -0.015)] {
+            let mut estimator = StanceEstimator::new(Arc::clone(&model), tight());
+            estimator.touch_down(Foothold::default());
+            for push in [0.0, 0.15, 0.3] {
+                let reference = StanceReference::constant(Vec3::new(push * load, -0.1 * push * load, load), zmp);
+                let report = estimator.step(&reference).clone();
+                assert!(report.status.is_solved(), "{load} N at {zmp}: {:?}", report.status);
+                laws_hold(&model, &report, load);
+            }
+        }
+    }
+}
+
+#[test]
+fn heel_toe_side_and_corner_lift_one_after_the_other() {
+    let model = small();
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), tight());
+    estimator.touch_down(Foothold::default());
+    let corners = [(0.0, 0.0), (-0.085, 0.0), (0.085, 0.0), (0.0, 0.045), (0.0, -0.045), (0.06, 0.03), (-0.06, -0.03)];
+    for (from, to) in corners.iter().zip(corners.iter().skip(1)) {
+        for step in 1..=10 {
+            let s = f64::from(step) / 10.0;
+            let zmp = Vector2::new(from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1));
+            let report = estimator.step(&StanceReference::constant(Vec3::new(10.0, 5.0, WEIGHT_N), zmp)).clone();
+            assert!(report.status.is_solved(), "{zmp}: {:?}", report.status);
+            laws_hold(&model, &report, WEIGHT_N);
+        }
+        assert!(estimator.report().free > 0, "{to:?} lifts a part of the sole");
+    }
+}
+
+#[test]
+fn soft_hard_thick_thin_and_nearly_incompressible_soles() {
+    let shapes: [(f64, f64, f64); 7] = [
+        (0.021, 0.02e6, 0.31),
+        (0.021, 0.32e6, 0.31),
+        (0.021, 50e6, 0.31),
+        (0.006, 0.32e6, 0.31),
+        (0.060, 0.32e6, 0.31),
+        (0.021, 0.32e6, 0.49),
+        (0.012, 0.32e6, 0.47),
+    ];
+    for (height, young_modulus_pa, poisson_ratio) in shapes {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, height], cells: [6, 4, 2] };
+        let material = Material { young_modulus_pa, poisson_ratio };
+        let model =
+            Arc::new(SoleModel::build(&SoleSettings { mesh, material, ..SoleSettings::default() }).expect("a sole"));
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        for tick in (0..TICKS).step_by(2) {
+            let mut reference = walking_stance::reference(tick, false);
+            // The softest foam sinks 5 mm and folds early: a tenth of the load there.
+            if young_modulus_pa < 0.1e6 {
+                reference.force *= 0.1;
+            }
+            let report = estimator.step(&reference).clone();
+            let name = format!("{height} m, {young_modulus_pa} Pa, nu {poisson_ratio}, tick {tick}");
+            assert!(report.status.is_solved(), "{name}: {:?}", report.status);
+            laws_hold(&model, &report, reference.force.norm());
+        }
+    }
+}
+
+#[test]
+fn a_mesh_of_24000_elements_condenses_to_patches_that_walk() {
+    let model = sole([32, 18, 7], 0.021, Level::Patches { cells: [6, 5] });
+    assert_eq!(model.statistics().tetrahedra, 24192);
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    for tick in 0..TICKS {
+        let reference = walking_stance::reference(tick, false);
+        let report = estimator.step(&reference).clone();
+        assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
+        laws_hold(&model, &report, reference.force.norm());
+    }
+}
+
+#[test]
+fn every_level_walks() {
+    for level in [
+        Level::Rigid,
+        Level::Lumped,
+        Level::Winkler { cells: [6, 4] },
+        Level::QuadraticFem,
+        Level::Patches { cells: [4, 3] },
+    ] {
+        let model = sole([6, 4, 2], 0.021, level);
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        for tick in (0..TICKS).step_by(3) {
+            let reference = walking_stance::reference(tick, false);
+            let report = estimator.step(&reference).clone();
+            assert!(report.status.is_solved(), "{level:?}, tick {tick}: {:?}", report.status);
+            laws_hold(&model, &report, reference.force.norm());
+        }
+    }
+}
+
+#[test]
+fn a_hundred_thousand_ticks_do_not_drift() {
+    let model = sole([4, 3, 1], 0.021, Level::Fem);
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+    estimator.touch_down(Foothold::default());
+    let mut worst = 0.0_f64;
+    for tick in 0..100_000_u32 {
+        let t = f64::from(tick) * 0.005;
+        // The foot creeps under such a load, by metres in the end: the ZMP stays under it.
+        let zmp =
+            estimator.report().sole_pose.point(&Vec3::new(0.06 * (1.3 * t).sin(), 0.03 * (2.1 * t).sin(), 0.0)).xy();
+        let force = Vec3::new(60.0 * (1.7 * t).sin(), 40.0 * (0.9 * t).cos(), 350.0 + 100.0 * (3.1 * t).sin());
+        let report = estimator.step(&StanceReference::constant(force, zmp));
+        assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
+        worst = worst.max(report.law_violation_n / force.norm());
+    }
+    // Ten times the tolerance of the iteration.
+    assert!(worst < 1e-8, "the contact laws are off by {worst} of the load");
+}
+
+#[test]
+fn the_order_of_euler_angles_matters_a_little_and_both_work() {
+    let model = small();
+    let corner = [EulerOrder::YawPitchRoll, EulerOrder::RollPitchYaw].map(|euler_order| {
+        let settings = EstimatorSettings { euler_order, ..tight() };
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), settings);
+        estimator.touch_down(Foothold { x_m: 0.0, y_m: 0.0, yaw_rad: 0.3 });
+        let report = estimator.step(&StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.06, 0.05)));
+        assert!(report.status.is_solved(), "{:?}", report.status);
+        report.node_positions[0]
+    });
+    let away = (corner[0] - corner[1]).norm();
+    assert!(away > 1e-6 && away < 1e-3, "the corner moves by {away} m");
+}
+
+#[test]
+fn lifted_feet_keep_their_take_off_pose() {
+    let mut estimator = StanceEstimator::new(small(), EstimatorSettings::default());
+    assert_eq!(estimator.step(&walking_stance::reference(50, false)).status, Status::InAir);
+    estimator.touch_down(Foothold::default());
+    for tick in 0..TICKS {
+        estimator.step(&walking_stance::reference(tick, false));
+    }
+    let last = estimator.report().ankle_pose;
+    estimator.lift_off();
+    assert_eq!(estimator.report().ankle_pose, last);
+    assert_eq!(estimator.step(&walking_stance::reference(50, false)).status, Status::InAir);
+}
