@@ -58,6 +58,23 @@ fn add_panel(dst: &mut [f64], columns: [&[f64]; PANEL], factors: [f64; PANEL]) {
     }
 }
 
+/// [`add_panel`] on two columns.
+#[inline]
+fn add_panel_twice(p: &mut [f64], q: &mut [f64], columns: [&[f64]; PANEL], a: [f64; PANEL], b: [f64; PANEL]) {
+    let n = p.len();
+    let q = &mut q[..n];
+    let columns = columns.map(|column| &column[..n]);
+    for i in 0..n {
+        let (mut x, mut y) = (p[i], q[i]);
+        for k in 0..PANEL {
+            x = a[k].mul_add(columns[k][i], x);
+            y = b[k].mul_add(columns[k][i], y);
+        }
+        p[i] = x;
+        q[i] = y;
+    }
+}
+
 /// Row of the largest absolute value.
 #[inline]
 fn largest_row(column: &[f64]) -> usize {
@@ -128,19 +145,32 @@ pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut 
         let columns: [&[f64]; PANEL] = std::array::from_fn(|k| &left[(start + k) * ld..(start + k) * ld + n]);
         let lower: [[f64; PANEL]; PANEL] = std::array::from_fn(|k| std::array::from_fn(|i| columns[k][start + i]));
         let below = columns.map(|column| &column[end..]);
-        for other in trailing.chunks_mut(ld).take(n + right - end) {
+        // Swaps and the panel's own triangle; returns what the panel's columns contribute below.
+        let reduce = |column: &mut [f64]| {
             for k in start..end {
-                other.swap(k, pivots[k]);
+                column.swap(k, pivots[k]);
             }
-            let (head, tail) = other[start..n].split_at_mut(PANEL);
-            let mut x: [f64; PANEL] = std::array::from_fn(|k| head[k]);
+            let mut x: [f64; PANEL] = std::array::from_fn(|k| column[start + k]);
             for k in 0..PANEL {
                 for i in k + 1..PANEL {
                     x[i] = (-x[k]).mul_add(lower[k][i], x[i]);
                 }
             }
-            head.copy_from_slice(&x);
-            add_panel(tail, below, x.map(|x| -x));
+            column[start..end].copy_from_slice(&x);
+            x.map(|x| -x)
+        };
+        // Two columns at a time: each of the panel's columns is loaded once for both.
+        let columns_left = n + right - end;
+        let used = if columns_left == 0 { 0 } else { (columns_left - 1) * ld + n };
+        for pair in trailing[..used].chunks_mut(2 * ld) {
+            if pair.len() > ld {
+                let (first, second) = pair.split_at_mut(ld);
+                let (x, y) = (reduce(first), reduce(second));
+                add_panel_twice(&mut first[end..n], &mut second[end..n], below, x, y);
+            } else {
+                let x = reduce(pair);
+                add_panel(&mut pair[end..n], below, x);
+            }
         }
     }
     if n == 0 { 1.0 } else { smallest / largest }

@@ -493,15 +493,18 @@ impl Equilibrium {
                     c.z,
                 );
             }
-            for point in &self.sliding {
-                let v = self.slips[*point];
-                if v.x != 0.0 || v.y != 0.0 {
-                    let c = r.tr_mul(&flat(&v).cross(&axes[l]));
-                    let j = 3 * self.stiffness.slot(*point).expect("sliding points touch");
-                    let (x, y, z) =
-                        (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
-                    add_three(angular, x, y, z, c.x, c.y, c.z);
-                }
+        }
+        // Point by point, so that its columns of K are fetched once.
+        for (point, slot) in self.sliding.iter().zip(&self.sliding_slots) {
+            let v = self.slips[*point];
+            if v.x == 0.0 && v.y == 0.0 {
+                continue;
+            }
+            let j = 3 * slot;
+            let (x, y, z) = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
+            for l in 0..3 {
+                let c = r.tr_mul(&flat(&v).cross(&axes[l]));
+                add_three(&mut self.a[(3 + l) * ld..(3 + l) * ld + m], x, y, z, c.x, c.y, c.z);
             }
         }
         // References that follow roll and pitch (35).
