@@ -54,20 +54,21 @@
 //!
 //! | ns per call | HRP-4, nv 40 | Pinocchio | ratio | TALOS, nv 38 | Pinocchio | ratio | G1, nv 35 | Pinocchio | ratio |
 //! |---|---|---|---|---|---|---|---|---|---|
-//! | forward kinematics | 441 | 1060 | 0.42 | 419 | 1016 | 0.41 | 400 | 904 | 0.44 |
-//! | RNEA | 941 | 3430 | 0.27 | 900 | 3284 | 0.27 | 848 | 2948 | 0.29 |
-//! | bias forces | 903 | 3624 | 0.25 | 866 | 3490 | 0.25 | 810 | 3139 | 0.26 |
-//! | CRBA | 1124 | 2142 | 0.53 | 1046 | 2031 | 0.51 | 974 | 1887 | 0.52 |
-//! | ABA | 2421 | 7210 | 0.34 | 2339 | 6864 | 0.34 | 2177 | 6164 | 0.35 |
-//! | five Jacobians | 586 | 1770 | 0.33 | 566 | 1714 | 0.33 | 561 | 1629 | 0.34 |
-//! | whole-body bundle | 1750 | 13303 | 0.13 | 1673 | 13051 | 0.13 | 1566 | 11728 | 0.13 |
+//! | forward kinematics | 443 | 1056 | 0.42 | 435 | 1030 | 0.42 | 397 | 906 | 0.44 |
+//! | RNEA | 962 | 3424 | 0.28 | 933 | 3318 | 0.28 | 842 | 3010 | 0.28 |
+//! | bias forces | 914 | 3706 | 0.25 | 898 | 3590 | 0.25 | 803 | 3164 | 0.25 |
+//! | CRBA | 1117 | 2157 | 0.52 | 1064 | 2104 | 0.51 | 947 | 1866 | 0.51 |
+//! | ABA | 2474 | 7535 | 0.33 | 2435 | 7238 | 0.34 | 2182 | 6392 | 0.34 |
+//! | five Jacobians | 595 | 1798 | 0.33 | 592 | 1793 | 0.33 | 553 | 1632 | 0.34 |
+//! | whole-body bundle | 1771 | 13493 | 0.13 | 1695 | 13258 | 0.13 | 1578 | 11568 | 0.14 |
 //!
-//! `cargo bench -p multibody` has the same algorithms beside dynibo 0.5.3 in criterion. On HRP-4, on a machine busy with other
-//! work (medians of one run): RNEA 0.44, CRBA 0.32, ABA 0.44, five Jacobians 0.29 of dynibo's time.
+//! In the same run on HRP-4, of dynibo 0.5.3's time: RNEA 0.40, CRBA 0.21, ABA 0.34 (it has no bundle). `cargo bench -p multibody`
+//! has the two side by side in criterion.
 //!
-//! `target-cpu`: built for plain `x86-64` (no AVX2, no fused multiply-add) the bundle takes 1.13 times as long on HRP-4, RNEA
-//! 1.37, ABA 1.27, CRBA 1.06 times. `x86-64-v3` is therefore the workspace's choice: it runs on every machine since 2013, and
-//! a recording replays bit for bit between machines with the same features, which `native` would give up.
+//! `target-cpu`, on HRP-4, relative to `x86-64-v3`: plain `x86-64` (no AVX2, no fused multiply-add) takes 1.16 times as long
+//! for the bundle, 1.41 for RNEA, 1.11 for CRBA, 1.30 for ABA; `native` (AVX-512) 1.09, 0.96, 1.14, 1.04. `x86-64-v3` is
+//! therefore the workspace's choice: quickest, on every machine since 2013, and a recording replays bit for bit between
+//! builds for the same features.
 //!
 //! [`leg`] solves six-joint legs whose hip and ankle axes meet in closed form.
 //!
