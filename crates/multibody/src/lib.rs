@@ -26,7 +26,7 @@
 //! # How
 //!
 //! Fixed joints, and joints that a scene locks, are merged at load: HRP-4 with its hands, wrists and neck locked costs what
-//! a robot without them costs. What remains is one [`Body`](model::Body) per joint, whose frame is chosen such that **every
+//! a robot without them costs. What remains is one body per joint, whose frame is chosen such that **every
 //! joint moves along or about its own z axis**, so that no algorithm asks which axis it is.
 //!
 //! The controller's pass ([`whole_body_terms`]) works in **world axes about the origin O of the base** (in an inertial frame
