@@ -42,10 +42,11 @@ impl Program for Control {
             shell.cycle_starts();
             let output = self.0.step(&state, deformation.as_ref());
             if let Some(output) = output.map_err(|error| Failure::safety(Reason::Infeasible, error))? {
-                commands.publish(&output.command)?;
+                // Before the command: whoever has the command of this tick then also has the start decided at it.
                 if let Some(start) = &output.start {
                     starts.publish(start)?;
                 }
+                commands.publish(&output.command)?;
                 let figures = shell.figures();
                 let holding = output.command.mode == Mode::Holding.code();
                 figures.state = if holding { State::Holding } else { State::Running }.code();

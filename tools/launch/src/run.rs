@@ -25,6 +25,10 @@ const DEPTH: usize = 128;
 
 /// Starts a scenario, sees it through, and says what it was like.
 pub fn launch(arguments: &Launch) -> Result<(), Ending> {
+    if arguments.real_time {
+        // The shell, the controller and the recorder know this pace; the simulator does not keep it yet.
+        return Err(Ending::new(2, "--real-time: the simulator runs in lock-step only so far"));
+    }
     let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
     let path = arguments.scenario.as_ref().expect("clap requires it");
     let scenario = Scenario::load(path, &arguments.settings).map_err(|error| Ending::with_causes(2, error))?;

@@ -1,0 +1,74 @@
+//! Every kind of mistake a person can make ends with a clear message, an exit code, and nothing left.
+
+use crate::alone;
+use harness::{Finished, Launch, root};
+use std::path::Path;
+
+fn assert_refused(run: &Finished, code: i32, expected: &[&str]) {
+    assert_eq!(run.code(), code, "{}", run.stderr);
+    for expected in expected {
+        assert!(run.stderr.contains(expected), "no `{expected}` in\n{}", run.stderr);
+    }
+    assert!(!run.stderr.contains("panicked"), "{}", run.stderr);
+    run.assert_nothing_left();
+}
+
+#[test]
+fn a_missing_scenario_is_named() {
+    let _alone = alone();
+    assert_refused(&Launch::of("/nowhere/walk.toml").finish(), 2, &["cannot read /nowhere/walk.toml"]);
+}
+
+#[test]
+fn unknown_keys_and_wrong_types_name_key_and_remedy() {
+    let _alone = alone();
+    let refused = Launch::short_walk().set("planner.gait.cost.lamda=0.5").finish();
+    assert_refused(&refused, 2, &["`gait.cost.lamda`", "did you mean `lambda`?"]);
+    let refused = Launch::short_walk().set("planner.gait.cost.lambda=much").finish();
+    assert_refused(&refused, 2, &["`gait.cost.lambda`", "expected f64"]);
+    let refused = Launch::short_walk().set("plnner.x=1").finish();
+    assert_refused(&refused, 2, &["`plnner.x`: unknown; did you mean `planner`?"]);
+}
+
+/// The robot's folder with one file changed.
+fn robot_with(file: &str, change: impl Fn(String) -> String) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    copy(&root().join("robots/hrp4"), folder.path());
+    let path = folder.path().join(file);
+    let text = std::fs::read_to_string(&path).expect("the robot has it");
+    std::fs::write(&path, change(text)).expect("writable");
+    folder
+}
+
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).expect("readable") {
+        let entry = entry.expect("readable");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            std::fs::create_dir(&target).expect("writable");
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).expect("writable");
+        }
+    }
+}
+
+#[test]
+fn a_broken_robot_is_named_with_file_and_place() {
+    let _alone = alone();
+    let refused = Launch::short_walk().set("robot=/nowhere/hrp5").finish();
+    assert_refused(&refused, 2, &["/nowhere/hrp5"]);
+    let robot = robot_with("hrp4.urdf", |urdf| urdf.replacen("<link", "<lnk", 1));
+    let refused = Launch::short_walk().set(&format!("robot={}", robot.path().display())).finish();
+    assert_refused(&refused, 2, &["the configuration cannot be used"]);
+    let robot = robot_with("sole.toml", |sole| sole.replace("young_modulus_pa", "young_modulus"));
+    let refused = Launch::short_walk().set(&format!("robot={}", robot.path().display())).finish();
+    assert_refused(&refused, 2, &["sole.toml", "young_modulus"]);
+}
+
+#[test]
+fn an_infeasible_gait_is_refused_before_anything_moves() {
+    let _alone = alone();
+    let refused = Launch::short_walk().set("planner.gait.walk.step_length_m=2.0").finish();
+    assert_refused(&refused, 2, &["planner"]);
+}

@@ -1,0 +1,74 @@
+//! Walks that do not come to their end.
+
+use crate::alone;
+use harness::{Launch, Running, eventually, is_alive};
+use recording::{Recording, recover};
+use std::path::Path;
+
+/// A walk that goes on for longer than any test.
+fn long_walk() -> Running {
+    let running = Launch::short_walk().set("planner.gait.walk.swings=40").start();
+    running.wait_until_recording();
+    running
+}
+
+#[test]
+fn ctrl_c_ends_everything_and_the_recording_is_whole() {
+    let _alone = alone();
+    let running = long_walk();
+    let children = running.children();
+    assert_eq!(children.len(), 5, "{children:?}");
+    node::interrupt(running.id()).expect("it lives");
+    let run = running.finish();
+    assert_eq!(run.code(), 130, "{}", run.stderr);
+    assert!(children.iter().all(|(_, id)| !is_alive(*id)), "{children:?}");
+    run.assert_nothing_left();
+    let recording = Recording::open(&run.recording()).expect("finished");
+    assert!(recording.topics().iter().any(|topic| topic.topic == "/robot/command" && topic.messages > 0));
+}
+
+#[test]
+fn a_killed_process_is_named_and_the_others_stop() {
+    let _alone = alone();
+    let running = long_walk();
+    node::kill(running.wait_for_child("soleus-controller")).expect("it lives");
+    let run = running.finish();
+    assert_eq!(run.code(), 4, "{}", run.stderr);
+    assert!(run.stderr.contains("the controller was killed by signal 9"), "{}", run.stderr);
+    run.assert_nothing_left();
+    Recording::open(&run.recording()).expect("finished");
+}
+
+/// How many messages could be recovered of an unfinished recording now.
+fn readable_messages(partial: &Path) -> u64 {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::copy(partial, folder.path().join("walk.mcap.partial")).expect("it is being written");
+    recover(folder.path()).expect("writable")[0].messages
+}
+
+#[test]
+fn a_killed_recorder_leaves_a_recording_that_can_be_recovered() {
+    let _alone = alone();
+    let running = long_walk();
+    eventually("flushed messages", || readable_messages(&running.partial_recording()) > 0);
+    node::kill(running.wait_for_child("soleus-recorder")).expect("it lives");
+    let run = running.finish();
+    assert_eq!(run.code(), 4, "{}", run.stderr);
+    run.assert_nothing_left();
+    let recovered = recover(&run.folder()).expect("writable");
+    assert_eq!(recovered.len(), 1);
+    assert!(recovered[0].messages > 0);
+    Recording::open(&run.recording()).expect("finished now");
+}
+
+#[test]
+fn a_killed_launcher_takes_its_processes_along_and_nothing_is_left() {
+    let _alone = alone();
+    let running = long_walk();
+    let children = running.children();
+    node::kill(running.id()).expect("it lives");
+    let run = running.finish();
+    eventually("all processes end", || children.iter().all(|(_, id)| !is_alive(*id)));
+    run.assert_nothing_left();
+    Recording::open(&run.recording()).expect("the recorder was asked to stop and finished");
+}

@@ -1,0 +1,51 @@
+//! A short walk from beginning to end.
+
+use crate::alone;
+use harness::Launch;
+use messages::topic;
+use recording::Recording;
+
+#[test]
+fn a_short_walk_is_walked_and_recorded_without_gaps_and_leaves_nothing() {
+    let _alone = alone();
+    let run = Launch::short_walk().finish();
+    assert_eq!(run.code(), 0, "{}\n{}", run.stdout, run.stderr);
+    for expected in
+        ["distance", "fallen                 no", "centre of mass, error", "ZMP, error", "tick, controller", "speed"]
+    {
+        assert!(run.stdout.contains(expected), "no `{expected}` in\n{}", run.stdout);
+    }
+    run.assert_nothing_left();
+
+    let recording = Recording::open(&run.recording()).expect("finished");
+    let states = recording.messages(topic::ROBOT_STATE).expect("whole");
+    let commands = recording.messages(topic::ROBOT_COMMAND).expect("whole");
+    let deformations = recording.messages(topic::SOLE_DEFORMATION).expect("whole");
+    let truths = recording.messages(topic::TRUTH_ROBOT).expect("whole");
+    let ticks: Vec<i64> = truths.iter().map(|truth| truth.header.tick).collect();
+    assert_eq!(ticks, (0..ticks.len() as i64).collect::<Vec<_>>(), "every tick from the first on");
+    // Each state but the last, at which the walk is over, is answered by one deformation and one command of its tick.
+    for (state, (deformation, command)) in states.iter().zip(deformations.iter().zip(&commands)) {
+        assert_eq!(state.header.tick, deformation.header.tick);
+        assert_eq!(state.header.tick, command.header.tick);
+    }
+    assert!(states.len() - commands.len() <= 1, "{} states, {} commands", states.len(), commands.len());
+    assert_eq!(deformations.len(), commands.len());
+    let starts = recording.messages(topic::WALK_START).expect("whole");
+    let patterns = recording.patterns().expect("whole");
+    assert_eq!((starts.len(), patterns.len()), (1, 1));
+    assert_eq!(starts[0].pattern_hash, patterns[0].0.pattern_hash);
+    assert!(
+        truths.last().expect("there are some").walk_time_s >= patterns[0].0.duration_s,
+        "to the end of the pattern"
+    );
+
+    let files: Vec<String> = recording.files().expect("whole").into_iter().map(|(name, _)| name).collect();
+    for expected in ["config/planner.toml", "config/scenario.toml", "robot/robot.toml", "robot/sole.toml"] {
+        assert!(files.contains(&expected.to_string()), "{files:?}");
+    }
+    assert_eq!(recording.facts().expect("whole")["pace"], "lock-step");
+    for viewers in ["/tf", "/joint_states", "/scene"] {
+        assert!(recording.topics().iter().any(|topic| topic.topic == viewers && topic.messages > 100), "{viewers}");
+    }
+}

@@ -1,0 +1,227 @@
+//! Builds the binaries, starts launches as a person would, and looks at how they end.
+
+use bus::DomainName;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// Far longer than anything here takes, even on a busy machine; only a hanging launch meets it.
+pub const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Root of the workspace.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ is in the workspace").to_path_buf()
+}
+
+/// Folder of the binaries, built once per test run; or that in `SOLEUS_BINARIES`, to test what is installed there.
+pub fn binaries() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        if let Some(folder) = std::env::var_os("SOLEUS_BINARIES") {
+            return folder.into();
+        }
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        // With the tests, so that the same features are chosen as for `cargo test` and nothing is compiled twice.
+        let build = ["build", "--workspace", "--bins", "--tests"];
+        let status = Command::new(cargo).args(build).current_dir(root()).status();
+        assert!(status.expect("cargo can be started").success(), "the binaries cannot be built");
+        // This test program lies in `deps` beside them.
+        let ours = std::env::current_exe().expect("a running program has a path");
+        ours.ancestors().nth(2).expect("target/PROFILE/deps/NAME").to_path_buf()
+    })
+}
+
+/// A launch to be.
+pub struct Launch {
+    scenario: PathBuf,
+    settings: Vec<String>,
+    domain: DomainName,
+    folder: tempfile::TempDir,
+}
+
+impl Launch {
+    /// Of a scenario file, in a folder and a domain of its own.
+    pub fn of(scenario: impl AsRef<Path>) -> Self {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        Self {
+            scenario: scenario.as_ref().to_path_buf(),
+            settings: Vec::new(),
+            domain: format!("system-{}-{number}", std::process::id()).parse().expect("short and lower-case"),
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        }
+    }
+
+    /// Of the flat walk, made short: two swings.
+    pub fn short_walk() -> Self {
+        Self::of(root().join("config/scenarios/flat.toml")).set("planner.gait.walk.swings=2")
+    }
+
+    /// With a key changed.
+    pub fn set(mut self, setting: &str) -> Self {
+        self.settings.push(setting.to_string());
+        self
+    }
+
+    /// Starts it.
+    pub fn start(self) -> Running {
+        let mut command = Command::new(binaries().join("soleus-launch"));
+        command.arg(&self.scenario).arg("--domain").arg(self.domain.to_string());
+        command.arg("--out").arg(self.folder.path().join("run"));
+        for setting in &self.settings {
+            command.arg("--set").arg(setting);
+        }
+        let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        Running { child: child.expect("the launcher can be started"), launch: self }
+    }
+
+    /// Starts it and waits for its end.
+    pub fn finish(self) -> Finished {
+        self.start().finish()
+    }
+}
+
+/// A launch that is under way; killed when dropped.
+pub struct Running {
+    child: Child,
+    launch: Launch,
+}
+
+impl Running {
+    /// Process id of the launcher.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// The domain.
+    pub fn domain(&self) -> &DomainName {
+        &self.launch.domain
+    }
+
+    /// Process ids of the launcher's children, by name: `soleus-planner`, ..
+    pub fn children(&self) -> Vec<(String, u32)> {
+        children_of(self.id())
+    }
+
+    /// Process id of one of them, as soon as it is there.
+    pub fn wait_for_child(&self, name: &str) -> u32 {
+        let mut found = None;
+        eventually(name, || {
+            found = self.children().into_iter().find(|(child, _)| child == name).map(|(_, id)| id);
+            found.is_some()
+        });
+        found.expect("just found")
+    }
+
+    /// The recording while it is being written.
+    pub fn partial_recording(&self) -> PathBuf {
+        self.launch.folder.path().join("run/walk.mcap.partial")
+    }
+
+    /// Waits until the robot moves: the recording grows beyond the files that are attached first.
+    pub fn wait_until_recording(&self) {
+        let size = || std::fs::metadata(self.partial_recording()).map_or(0, |metadata| metadata.len());
+        eventually("a recording", || size() > 0);
+        let attached = size();
+        eventually("messages", || size() > attached + (1 << 16));
+    }
+
+    /// Waits for its end.
+    pub fn finish(mut self) -> Finished {
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().expect("it is ours") {
+                break status;
+            }
+            assert!(start.elapsed() < PATIENCE, "the launch hangs");
+            std::thread::sleep(Duration::from_millis(5));
+        };
+        let mut said = [String::new(), String::new()];
+        self.child.stdout.take().expect("piped").read_to_string(&mut said[0]).expect("text");
+        self.child.stderr.take().expect("piped").read_to_string(&mut said[1]).expect("text");
+        let [stdout, stderr] = said;
+        // The folder outlives the launch, the child is gone.
+        let launch = std::mem::replace(&mut self.launch, Launch::of(""));
+        Finished { status, stdout, stderr, domain: launch.domain, folder: launch.folder }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A launch that has ended.
+pub struct Finished {
+    /// How.
+    pub status: ExitStatus,
+    /// Results.
+    pub stdout: String,
+    /// Diagnostics.
+    pub stderr: String,
+    domain: DomainName,
+    folder: tempfile::TempDir,
+}
+
+impl Finished {
+    /// The exit code; -1 if a signal ended it.
+    pub fn code(&self) -> i32 {
+        self.status.code().unwrap_or(-1)
+    }
+
+    /// The run's folder.
+    pub fn folder(&self) -> PathBuf {
+        self.folder.path().join("run")
+    }
+
+    /// The recording.
+    pub fn recording(&self) -> PathBuf {
+        self.folder().join("walk.mcap")
+    }
+
+    /// Asserts that nothing is left in shared memory, now or within a moment (processes whose launcher was killed need one).
+    pub fn assert_nothing_left(&self) {
+        let mut left = Vec::new();
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(10) {
+            left = self.domain.leftovers();
+            if left.is_empty() {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        panic!("left in shared memory: {left:?}\n{}", self.stderr);
+    }
+}
+
+/// Process ids of a process's children, by name.
+pub fn children_of(parent: u32) -> Vec<(String, u32)> {
+    let children = std::fs::read_to_string(format!("/proc/{parent}/task/{parent}/children")).unwrap_or_default();
+    let named = |id: u32| {
+        let line = std::fs::read(format!("/proc/{id}/cmdline")).ok()?;
+        let program = String::from_utf8_lossy(line.split(|byte| *byte == 0).next()?).into_owned();
+        Some((Path::new(&program).file_name()?.to_string_lossy().into_owned(), id))
+    };
+    children.split_whitespace().filter_map(|id| named(id.parse().ok()?)).collect()
+}
+
+/// Whether a process is alive (not gone, not a zombie).
+pub fn is_alive(id: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+    // The state follows the name, which is in parentheses.
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with('Z'))
+}
+
+/// Waits for a condition.
+pub fn eventually(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < PATIENCE, "in vain: {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
