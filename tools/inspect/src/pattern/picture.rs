@@ -32,9 +32,10 @@ pub fn draw(plan: &Plan, settings: &GaitSettings) -> anyhow::Result<String> {
     let bounds = Bounds::around(footprints.iter().flat_map(|(_, sole, _)| sole.iter().copied()), 0.04);
     let step = step_panel(plan, settings, &samples);
 
-    let width = 1100;
-    let height = |bounds: &Bounds| (bounds.aspect() * f64::from(width - 80)) as u32 + 110;
-    let (tall, step_height) = (height(&bounds).clamp(240, 2200), 560);
+    // The drawing library rounds to whole units: a canvas of 2200 keeps the paths smooth.
+    let width = 2200;
+    let height = |bounds: &Bounds| (bounds.aspect() * f64::from(width - 160)) as u32 + 220;
+    let (tall, step_height) = (height(&bounds).clamp(480, 4400), 1120);
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, (width, 2 * tall + step_height)).into_drawing_area();
@@ -51,33 +52,33 @@ pub fn draw(plan: &Plan, settings: &GaitSettings) -> anyhow::Result<String> {
                 .map(|r| ankle_pose(pattern, &r.feet[side.index()], r.t_s).translation)
                 .map(|p| (p.x, p.y))
                 .collect();
-            line(&mut panel, ankle, faint(color).stroke_width(1), None)?;
+            line(&mut panel, ankle, faint(color).stroke_width(2), None)?;
         }
-        line(&mut panel, samples.iter().map(|r| point(r.zmp.position)).collect(), ZMP.stroke_width(2), Some("ZMP"))?;
-        line(&mut panel, samples.iter().map(|r| point(r.com.position)).collect(), COM.stroke_width(2), Some("COM"))?;
+        line(&mut panel, samples.iter().map(|r| point(r.zmp.position)).collect(), ZMP.stroke_width(4), Some("ZMP"))?;
+        line(&mut panel, samples.iter().map(|r| point(r.com.position)).collect(), COM.stroke_width(4), Some("COM"))?;
         legend(&mut panel)?;
 
         let mut panel = chart(&feet, "ZMP of each foot in double support", &bounds)?;
         draw_footprints(&mut panel, &footprints)?;
         for (side, color, name) in [(Side::Left, LEFT, "left foot"), (Side::Right, RIGHT, "right foot")] {
             for (i, run) in double_support_runs(&samples, side).into_iter().enumerate() {
-                line(&mut panel, run, color.stroke_width(2), (i == 0).then_some(name))?;
+                line(&mut panel, run, color.stroke_width(4), (i == 0).then_some(name))?;
             }
         }
         line(
             &mut panel,
             samples.iter().map(|r| point(r.zmp.position)).collect(),
-            faint(ZMP).stroke_width(1),
+            faint(ZMP).stroke_width(2),
             Some("ZMP"),
         )?;
         legend(&mut panel)?;
 
         let mut panel = chart(&one_step, &step.title, &step.bounds)?;
-        outline(&mut panel, &step.sole, EDGE.stroke_width(2))?;
-        outline(&mut panel, &step.shrunk, faint(EDGE).stroke_width(1))?;
-        line(&mut panel, step.zmp, ZMP.stroke_width(2), Some("ZMP of the foot"))?;
-        line(&mut panel, step.com, COM.stroke_width(2), Some("COM"))?;
-        panel.draw_series([Cross::new((0.0, 0.0), 5, BLACK.stroke_width(2))])?;
+        outline(&mut panel, &step.sole, EDGE.stroke_width(4))?;
+        outline(&mut panel, &step.shrunk, faint(EDGE).stroke_width(2))?;
+        line(&mut panel, step.zmp, ZMP.stroke_width(4), Some("ZMP of the foot"))?;
+        line(&mut panel, step.com, COM.stroke_width(4), Some("COM"))?;
+        panel.draw_series([Cross::new((0.0, 0.0), 10, BLACK.stroke_width(4))])?;
         legend(&mut panel)?;
         root.present()?;
     }
@@ -119,7 +120,7 @@ where
     'b: 'a,
 {
     let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) = (f64::from(width) - 80.0, f64::from(height) - 90.0);
+    let (plot_width, plot_height) = (f64::from(width) - 160.0, f64::from(height) - 180.0);
     let (dx, dy) = (bounds.x.1 - bounds.x.0, bounds.y.1 - bounds.y.0);
     let metres_per_pixel = (dx / plot_width).max(dy / plot_height);
     let widen = |(low, high): (f64, f64), pixels: f64| {
@@ -127,19 +128,25 @@ where
         (middle - metres_per_pixel * pixels / 2.0)..(middle + metres_per_pixel * pixels / 2.0)
     };
     let mut panel = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 18))
-        .margin(10)
-        .x_label_area_size(35)
-        .y_label_area_size(50)
+        .caption(title, ("sans-serif", 36))
+        .margin(20)
+        .x_label_area_size(70)
+        .y_label_area_size(100)
         .build_cartesian_2d(widen(bounds.x, plot_width), widen(bounds.y, plot_height))?;
-    panel.configure_mesh().x_desc("x (m)").y_desc("y (m)").light_line_style(WHITE).draw()?;
+    panel
+        .configure_mesh()
+        .x_desc("x (m)")
+        .y_desc("y (m)")
+        .light_line_style(WHITE)
+        .label_style(("sans-serif", 24))
+        .draw()?;
     Ok(panel)
 }
 
 fn line(panel: &mut Panel<'_, '_>, points: Points, style: ShapeStyle, name: Option<&str>) -> anyhow::Result<()> {
     let series = panel.draw_series(LineSeries::new(points, style))?;
     if let Some(name) = name {
-        series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+        series.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 36, y)], style));
     }
     Ok(())
 }
@@ -151,7 +158,13 @@ fn outline(panel: &mut Panel<'_, '_>, corners: &[(f64, f64); 4], style: ShapeSty
 }
 
 fn legend<'a, 'b: 'a>(panel: &mut Panel<'a, 'b>) -> anyhow::Result<()> {
-    panel.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(EDGE).draw()?;
+    panel
+        .configure_series_labels()
+        .background_style(WHITE.mix(0.8))
+        .border_style(EDGE)
+        .legend_area_size(50)
+        .label_font(("sans-serif", 24))
+        .draw()?;
     Ok(())
 }
 
@@ -183,8 +196,8 @@ fn draw_footprints(
 ) -> anyhow::Result<()> {
     for (side, sole, shrunk) in footprints {
         let color = if *side == Side::Left { LEFT } else { RIGHT };
-        outline(panel, sole, faint(color).stroke_width(1))?;
-        outline(panel, shrunk, color.mix(0.15).stroke_width(1))?;
+        outline(panel, sole, faint(color).stroke_width(2))?;
+        outline(panel, shrunk, color.mix(0.15).stroke_width(2))?;
     }
     Ok(())
 }
