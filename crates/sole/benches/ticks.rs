@@ -7,8 +7,8 @@ mod walking_stance;
 use friction::{ContactProblem, Settings, Workspace, gauss_seidel, newton};
 use nalgebra::{DMatrix, DVector};
 use sole::{
-    ContactSet, EstimatorSettings, Foothold, Level, MeshSource, Plane, PoseDrivenContact, PoseDrivenSettings,
-    SoleModel, SoleSettings, StanceEstimator,
+    ContactSet, EstimatorSettings, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, Plane,
+    PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator,
 };
 use spatial::{Transform, Vec3, so3};
 use std::sync::Arc;
@@ -164,6 +164,31 @@ fn stance_table() {
     }
 }
 
+/// The paper's scheme on the same stance, once: it is slow.
+fn nested_table() {
+    println!(
+        "nested scheme (Newton on the pose, Gauss-Seidel inside), us   median      p99      max   outer iterations"
+    );
+    for (name, cells) in
+        [("  1500 tets, 66 contacts, 1e-6", [10, 5, 5]), ("  1512 tets, 104 contacts, 1e-6", [12, 7, 3])]
+    {
+        let model = sole(cells, 0.021, Level::Fem);
+        let settings = NestedSettings { tolerance: 1e-6, ..NestedSettings::default() };
+        let mut nested = NestedEstimator::touch_down(model, settings, Foothold::default());
+        let (mut times, mut iterations, mut failed) = (Vec::new(), 0, 0);
+        for tick in 0..walking_stance::TICKS {
+            let reference = walking_stance::reference(tick, false);
+            let start = thread_time_s();
+            let report = nested.step(&reference);
+            times.push(thread_time_s() - start);
+            iterations += report.iterations;
+            failed += usize::from(!report.converged);
+        }
+        let mean = iterations as f64 / times.len() as f64;
+        line(name, &mut times, &format!("{mean:.1} mean, {failed} failed"));
+    }
+}
+
 fn plant_table() {
     println!("pose-driven contact, warm, 1 ms steps (us)              median      p99      max   iterations");
     for (name, cells, level) in [
@@ -195,5 +220,6 @@ fn plant_table() {
 fn main() {
     friction_table();
     stance_table();
+    nested_table();
     plant_table();
 }
