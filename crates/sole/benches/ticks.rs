@@ -1,5 +1,6 @@
 //! Time per solve and per tick on the thread's own clock: `cargo bench -p sole`. Medians, 99th percentiles, maxima.
 #![allow(clippy::print_stdout)]
+#![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
 #[path = "../tests/suite/walking_stance.rs"]
 mod walking_stance;

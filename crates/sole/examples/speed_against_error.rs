@@ -172,10 +172,10 @@ fn plot(points: &[(f64, f64, &str, String)]) -> String {
     );
     for decade in 0..=4 {
         let (gx, gy) = (x(10f64.powi(decade)), y(10f64.powi(decade - 3)));
-        let _ = write!(
+        let _ = writeln!(
             svg,
             "<line x1=\"{gx}\" x2=\"{gx}\" y1=\"{MARGIN}\" y2=\"{}\" stroke=\"#ddd\"/><text x=\"{gx}\" y=\"{}\" text-anchor=\"middle\">{} us</text>\
-             <line x1=\"{MARGIN}\" x2=\"{}\" y1=\"{gy}\" y2=\"{gy}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{} mm</text>\n",
+             <line x1=\"{MARGIN}\" x2=\"{}\" y1=\"{gy}\" y2=\"{gy}\" stroke=\"#ddd\"/><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{} mm</text>",
             HEIGHT - MARGIN,
             HEIGHT - MARGIN + 20.0,
             10f64.powi(decade),
@@ -193,16 +193,16 @@ fn plot(points: &[(f64, f64, &str, String)]) -> String {
             _ => "#d62728",
         };
         let (px, py) = (x(time.max(1.0)), y(error.max(1e-3)));
-        let _ = write!(
+        let _ = writeln!(
             svg,
-            "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"5\" fill=\"{colour}\"/><text x=\"{:.1}\" y=\"{:.1}\">{name}</text>\n",
+            "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"5\" fill=\"{colour}\"/><text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
             px + 8.0,
             py + 4.0
         );
     }
-    let _ = write!(
+    let _ = writeln!(
         svg,
-        "<text x=\"{}\" y=\"30\" text-anchor=\"middle\" font-size=\"16\">Ankle error (rms over a stance) against time per tick</text></svg>\n",
+        "<text x=\"{}\" y=\"30\" text-anchor=\"middle\" font-size=\"16\">Ankle error (rms over a stance) against time per tick</text></svg>",
         WIDTH / 2.0
     );
     svg
