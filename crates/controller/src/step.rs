@@ -283,10 +283,10 @@ impl ControllerProcess {
         let gyro = Vec3::from(measured.gyro_rad_per_s);
         self.measured.v.fixed_rows_mut::<3>(3).copy_from(&gyro);
         forward_kinematics_velocity(model, &mut self.workspace, &self.measured.q, &self.measured.v);
-        let ankle_speed = |frame| self.workspace.velocity(model, frame).linear.norm();
+        let [left, right] = self.ankles.map(|frame| self.workspace.velocity(model, frame).linear);
         let stillness = Stillness {
-            base_speed_m_per_s: ankle_speed(self.ankles[0]).max(ankle_speed(self.ankles[1])),
-            base_rate_rad_per_s: gyro.norm(),
+            base_velocity_m_per_s: if left.norm() > right.norm() { left } else { right },
+            base_rate_rad_per_s: gyro,
             measured_n: vertical_forces(measured),
             planned_n: [deformation.feet[0].planned_force_n[2], deformation.feet[1].planned_force_n[2]],
         };

@@ -1,8 +1,8 @@
 //! `soleus-inspect friction`: one contact problem with dry friction.
 
 use crate::door::{self, Outcome};
-use anyhow::Context;
 use ::friction::{ContactProblem, LocalState, Report, Settings, Status, Workspace};
+use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -71,7 +71,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let w = door::matrix("W", &input.W)?;
     let q = door::vector("q", &input.q, 3 * n).with_context(|| format!("mu has {n} entries"))?;
     let problem = ContactProblem::new(w, q, input.mu)?;
-    let settings = Settings { tolerance: input.tolerance.unwrap_or(Settings::default().tolerance), ..Settings::default() };
+    let settings =
+        Settings { tolerance: input.tolerance.unwrap_or(Settings::default().tolerance), ..Settings::default() };
     anyhow::ensure!(settings.tolerance > 0.0, "tolerance: a positive number expected, {} found", settings.tolerance);
     let mut workspace = Workspace::new(n);
     workspace.reserve_newton();

@@ -1,15 +1,15 @@
 //! `soleus-inspect sole`: a sequence of loads or poses on any soft sole.
 
 use crate::door::{self, Outcome};
-use anyhow::Context;
-use nalgebra::{Matrix3, Vector2};
-use robot::{ContactSet, Friction, SoleDescription, SoleLevel};
-use serde::{Deserialize, Serialize};
 use ::sole::{
     ContactReport, ContactStatus, EstimatorSettings, Foothold, Level, Material, Mesh, MeshSource, MshSets, NodeState,
     Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator, StanceReference,
     StanceReport, Status,
 };
+use anyhow::Context;
+use nalgebra::{Matrix3, Vector2};
+use robot::{ContactSet, Friction, SoleDescription, SoleLevel};
+use serde::{Deserialize, Serialize};
 use spatial::{Transform, Vec3, so3};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -191,7 +191,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let statistics = model.statistics();
     if statistics.worst_quality < QUALITY_WARNED {
-        eprintln!("soleus-inspect: warning: the worst tetrahedron has quality {:.2e} (1 is regular)", statistics.worst_quality);
+        eprintln!(
+            "soleus-inspect: warning: the worst tetrahedron has quality {:.2e} (1 is regular)",
+            statistics.worst_quality
+        );
     }
     let model = Arc::new(model);
     let input: Input = door::read()?;
@@ -205,9 +208,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     } else {
         force_driven(arguments, &input, &model, tolerance)?
     };
-    let solved = |tick: &TickOutput| {
-        matches!(tick.status, "converged" | "doubtful-tilt" | "solved" | "no-contact" | "in-air")
-    };
+    let solved =
+        |tick: &TickOutput| matches!(tick.status, "converged" | "doubtful-tilt" | "solved" | "no-contact" | "in-air");
     let outcome = if ticks.iter().all(solved) { Outcome::Solved } else { Outcome::NotSolved };
     if let (Some(target), Some(last)) = (&arguments.vtk, ticks.last()) {
         write_vtk(target, &model, &settings.material, last)?;

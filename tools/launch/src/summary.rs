@@ -16,6 +16,8 @@ pub struct Summary {
     commands: BTreeMap<i64, RobotCommand>,
     com_error_m: Errors,
     zmp_error_m: Errors,
+    cart_table_error_m: Errors,
+    cart_table_zmp_m: BTreeMap<i64, [f64; 2]>,
     compute_ns: BTreeMap<u32, Vec<u64>>,
     misses: u64,
     estimates: Estimates,
@@ -79,6 +81,13 @@ impl Summary {
 
     /// Takes what the estimator says.
     pub fn deformation(&mut self, deformation: &SoleDeformation) {
+        let feet = &deformation.feet;
+        let cart_table =
+            [0, 1].map(|axis| feet.iter().map(|foot| foot.load_share * foot.planned_zmp_m[axis]).sum::<f64>());
+        self.cart_table_zmp_m.insert(deformation.header.tick, cart_table);
+        while self.cart_table_zmp_m.len() > 512 {
+            self.cart_table_zmp_m.pop_first();
+        }
         for foot in deformation.feet.iter().filter(|foot| foot.in_contact == 1) {
             let estimates = &mut self.estimates;
             match Outcome::from_code(foot.status) {
@@ -101,11 +110,15 @@ impl Summary {
         self.last = Some((*truth, now));
         let tick = truth.header.tick;
         let command = self.commands.remove(&tick);
+        let cart_table = self.cart_table_zmp_m.remove(&tick);
         let walking = command.is_some_and(|command| command.walk_time_s >= 0.0) && truth.fallen == 0;
         if let (Some(command), true) = (command, walking) {
             let plan = &command.plan;
             self.com_error_m.add(distance(&plan.com_position_m[..2], &truth.com_position_m[..2]));
             self.zmp_error_m.add(distance(&plan.zmp_m, &truth.zmp_m));
+            if let Some(zmp_m) = cart_table {
+                self.cart_table_error_m.add(distance(&plan.zmp_m, &zmp_m));
+            }
         }
     }
 
@@ -173,8 +186,10 @@ impl Summary {
             let (rms, max) = (1e3 * errors.root_mean_square(), 1e3 * errors.max);
             format!("{rms:.1} mm rms, {max:.1} mm max over {} ticks", errors.count)
         };
-        row("centre of mass, error", millimetres(&self.com_error_m));
-        row("ZMP, error", millimetres(&self.zmp_error_m));
+        row("COM, real to planned", millimetres(&self.com_error_m));
+        // In its parts: else what the cart-table lacks (a swinging leg has angular momentum) would be blamed on the soles.
+        row("ZMP, real to planned", millimetres(&self.zmp_error_m));
+        row("ZMP, body to cart", millimetres(&self.cart_table_error_m));
         let estimates = &self.estimates;
         if estimates.solved + estimates.not_solved > 0 {
             let mean = estimates.iterations as f64 / estimates.solved.max(1) as f64;
