@@ -1,7 +1,8 @@
 //! The controller's configuration.
 
-use multibody::{Model, ModelOptions};
-use robot::{JointMap, Robot, RobotError};
+use multibody::Model;
+use robot::{Robot, RobotError};
+use robot_model::RobotModelError;
 use serde::Deserialize;
 use spatial::Vec3;
 use std::path::PathBuf;
@@ -179,20 +180,9 @@ pub enum ControllerError {
     /// The robot's folder.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// Its URDF.
-    #[error("{}: {source}", .file.display())]
-    Model {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong.
-        source: multibody::ModelError,
-    },
-    /// A joint of the URDF is not among the robot's joints.
-    #[error("{}: `joints` lacks a movable joint of the URDF; add it or make it fixed", .file.display())]
-    Joints {
-        /// The description.
-        file: PathBuf,
-    },
+    /// Its model.
+    #[error(transparent)]
+    Model(#[from] RobotModelError),
     /// More joints than a message carries.
     #[error("{}: {found} joints, a message carries at most {}", .file.display(), messages::MAX_JOINTS)]
     TooManyJoints {
@@ -210,21 +200,6 @@ pub enum ControllerError {
     /// A setting does not fit the model.
     #[error(transparent)]
     WholeBody(#[from] wholebody::WholeBodyError),
-}
-
-/// The model a walking scene needs, and where its joints are in the robot's interface.
-pub(crate) fn walking_model(robot: &Robot) -> Result<(Model, JointMap), ControllerError> {
-    let description = &robot.description;
-    let options = ModelOptions { locked_joints: description.walking_locked_joints(), ..ModelOptions::default() };
-    let file = robot.folder.join(&description.urdf);
-    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| ControllerError::Model { file, source })?;
-    let file = robot.folder.join("robot.toml");
-    if description.joints.len() > messages::MAX_JOINTS {
-        return Err(ControllerError::TooManyJoints { file, found: description.joints.len() });
-    }
-    let map = JointMap::new(description, model.joints().iter().map(|joint| joint.name.as_str()))
-        .ok_or(ControllerError::Joints { file })?;
-    Ok((model, map))
 }
 
 impl ControllerSettings {

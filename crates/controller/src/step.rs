@@ -2,20 +2,21 @@
 
 use messages::code::{Mode, Outcome};
 use messages::{
-    CONTROL_PERIOD_S, Header, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
+    CONTROL_PERIOD_S, Header, MAX_JOINTS, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
 };
 use multibody::{FrameIndex, Workspace, forward_kinematics, forward_kinematics_velocity};
 use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
+use robot_model::{RobotModelError, walking_model};
 use spatial::{Mat3, Vec3};
 use wholebody::{
     ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
 };
 
 use crate::convert::{ankle_pose, plan, reference, vertical_forces};
-use crate::settings::{ControllerError, ControllerSettings, walking_model};
+use crate::settings::{ControllerError, ControllerSettings};
 use crate::settle::{SettleDetector, Stillness};
 
 /// A deformation older than this is not used (ticks).
@@ -83,9 +84,11 @@ impl ControllerProcess {
         let robot = Robot::load(&settings.robot)?;
         let (model, joints) = walking_model(&robot)?;
         let whole_body_settings = settings.whole_body(&robot, &model)?;
-        let frame = |name: &str| {
-            model.frame(name).map_err(|source| ControllerError::Model { file: robot.folder.join("robot.toml"), source })
-        };
+        if joints.interface_count() > MAX_JOINTS {
+            let file = robot.folder.join("robot.toml");
+            return Err(ControllerError::TooManyJoints { file, found: joints.interface_count() });
+        }
+        let frame = |name: &str| model.frame(name).map_err(|source| RobotModelError::unknown(&robot, source));
         let feet = &robot.description.feet;
         let ankles = [frame(&feet[0].ankle_frame)?, frame(&feet[1].ankle_frame)?];
         let torso = frame(&robot.description.torso_link)?;

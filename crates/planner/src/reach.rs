@@ -2,9 +2,10 @@
 
 use gait::{LegClearance, LegReach};
 use multibody::leg::{LegError, LegGeometry};
-use multibody::{Configuration, JointIndex, Limits, Model, ModelError, ModelOptions, Workspace};
+use multibody::{Configuration, JointIndex, Limits, Model, Workspace};
 use pattern::Side;
 use robot::Robot;
+use robot_model::{RobotModelError, leg_joints, walking_model};
 use spatial::{Transform, Vec3, so3};
 
 /// Both legs of a robot: closed-form inverse kinematics and joint limits. The body is upright and stands to the centre of
@@ -19,9 +20,9 @@ pub struct RobotLegs {
 /// Why the legs are not known.
 #[derive(Debug, thiserror::Error)]
 pub enum LegsError {
-    /// The URDF, or a name in it.
+    /// The robot's folder makes no model.
     #[error(transparent)]
-    Model(#[from] ModelError),
+    Model(#[from] RobotModelError),
     /// The closed form does not hold.
     #[error("the {side} leg has no closed-form inverse kinematics: {source}")]
     Leg {
@@ -29,12 +30,6 @@ pub enum LegsError {
         side: &'static str,
         /// What is wrong with it.
         source: LegError,
-    },
-    /// A group of joints is missing.
-    #[error("groups.{group} must name hip yaw, roll, pitch, knee, ankle pitch, roll")]
-    Group {
-        /// Which.
-        group: &'static str,
     },
 }
 
@@ -44,22 +39,20 @@ impl RobotLegs {
     /// # Errors
     /// [`LegsError`] names leg, joint or group.
     pub fn new(robot: &Robot) -> Result<Self, LegsError> {
-        let description = &robot.description;
-        let options = ModelOptions { locked_joints: description.walking_locked_joints(), ..ModelOptions::default() };
-        let model = Model::from_urdf(&robot.urdf, &options)?;
-        let leg = |foot: usize, group: &'static str, side| {
-            let names = description.groups.get(group).and_then(|names| <&[String; 6]>::try_from(names.as_slice()).ok());
-            let names = names.ok_or(LegsError::Group { group })?;
+        let (model, _) = walking_model(robot)?;
+        let names = leg_joints(robot)?;
+        let unknown = |source| RobotModelError::unknown(robot, source);
+        let leg = |foot: usize, side| {
             let mut joints = [JointIndex(0); 6];
-            for (joint, name) in joints.iter_mut().zip(names) {
-                *joint = model.joint(name)?;
+            for (joint, name) in joints.iter_mut().zip(&names[foot]) {
+                *joint = model.joint(name).map_err(unknown)?;
             }
-            let ankle = model.frame(&description.feet[foot].ankle_frame)?;
+            let ankle = model.frame(&robot.description.feet[foot].ankle_frame).map_err(unknown)?;
             let geometry = LegGeometry::of_model(&model, &joints, ankle);
             let geometry = geometry.map_err(|source| LegsError::Leg { side, source })?;
             Ok::<_, LegsError>((geometry, joints.map(|joint| model.joints()[joint.0].limits)))
         };
-        let (left, right) = (leg(0, "left_leg", "left")?, leg(1, "right_leg", "right")?);
+        let (left, right) = (leg(0, "left")?, leg(1, "right")?);
         Ok(Self { legs: [left.0, right.0], limits: [left.1, right.1], base_from_com: -com_in_base(&model, robot) })
     }
 }

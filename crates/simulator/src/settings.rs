@@ -1,9 +1,10 @@
 //! The simulator's configuration.
 
-use multibody::{Model, ModelOptions};
+use multibody::Model;
 use plant::settings::DriveSettings;
 use plant::{PlantFrames, PlantSettings, PlantSoleSettings};
-use robot::{JointMap, Robot};
+use robot::Robot;
+use robot_model::{RobotModelError, leg_joints};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -46,13 +47,16 @@ pub enum SimulatorError {
     /// The robot's folder.
     #[error(transparent)]
     Robot(#[from] robot::RobotError),
-    /// Its URDF.
-    #[error("{}: {source}", .file.display())]
-    Model {
-        /// The file.
+    /// Its model.
+    #[error(transparent)]
+    Model(#[from] RobotModelError),
+    /// More joints than a message carries.
+    #[error("{}: {found} joints, a message carries at most {}", .file.display(), messages::MAX_JOINTS)]
+    TooManyJoints {
+        /// The description.
         file: PathBuf,
-        /// What is wrong.
-        source: multibody::ModelError,
+        /// Number of joints.
+        found: usize,
     },
     /// Its soles as described.
     #[error(transparent)]
@@ -66,46 +70,17 @@ pub enum SimulatorError {
     /// The plant.
     #[error("plant: {0}")]
     Plant(#[from] plant::PlantError),
-    /// A group or joint is missing.
-    #[error("{}: {expected}", .file.display())]
-    Description {
-        /// The description.
-        file: PathBuf,
-        /// What is expected there.
-        expected: &'static str,
-    },
-}
-
-/// The model a walking scene needs, and where its joints are in the robot's interface.
-pub(crate) fn walking_model(robot: &Robot) -> Result<(Model, JointMap), SimulatorError> {
-    let options = ModelOptions { locked_joints: robot.description.walking_locked_joints(), ..ModelOptions::default() };
-    let file = robot.folder.join(&robot.description.urdf);
-    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| SimulatorError::Model { file, source })?;
-    let map = JointMap::new(&robot.description, model.joints().iter().map(|joint| joint.name.as_str()));
-    let complete = map.filter(|map| map.interface_count() <= messages::MAX_JOINTS);
-    let map = complete.ok_or_else(|| SimulatorError::Description {
-        file: robot.folder.join("robot.toml"),
-        expected: "`joints` must name every movable joint of the URDF, at most 40",
-    })?;
-    Ok((model, map))
 }
 
 /// Names of what the plant must know.
-pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, SimulatorError> {
+pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
     let description = &robot.description;
-    let leg = |group: &str| -> Result<[String; 6], SimulatorError> {
-        let joints = description.groups.get(group).and_then(|joints| <[String; 6]>::try_from(joints.clone()).ok());
-        joints.ok_or_else(|| SimulatorError::Description {
-            file: robot.folder.join("robot.toml"),
-            expected: "groups.left_leg and groups.right_leg must name hip yaw, roll, pitch, knee, ankle pitch, roll",
-        })
-    };
     let feet = &description.feet;
     Ok(PlantFrames {
         imu: description.imu_frame.clone(),
         ankles: [0, 1].map(|foot| feet[foot].ankle_frame.clone()),
         force_sensors: [0, 1].map(|foot| feet[foot].force_sensor_frame.clone()),
-        legs: [leg("left_leg")?, leg("right_leg")?],
+        legs: leg_joints(robot)?,
     })
 }
 

@@ -1,14 +1,15 @@
 //! The process: commands in, states out.
 
 use messages::code::{Mode, Reason};
-use messages::{CONTROL_PERIOD_S, Header, Plain, Plan, RobotCommand, RobotState, Truth, WalkStart};
+use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, Plain, Plan, RobotCommand, RobotState, Truth, WalkStart};
 use nalgebra::DVector;
 use plant::{Plant, PlantCommand};
 use robot::{JointMap, Robot};
+use robot_model::walking_model;
 
 use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
 use crate::figures::Figures;
-use crate::settings::{SimulatorError, SimulatorSettings, frames, walking_model};
+use crate::settings::{SimulatorError, SimulatorSettings, frames};
 
 /// In how many ticks without a command the feed-forward torque fades: 20 ms.
 const FADE_TICKS: u32 = 4;
@@ -55,6 +56,10 @@ impl SimulatorProcess {
         settings.sole.check()?;
         let robot = Robot::load(&settings.robot)?;
         let (model, joints) = walking_model(&robot)?;
+        if joints.interface_count() > MAX_JOINTS {
+            let file = robot.folder.join("robot.toml");
+            return Err(SimulatorError::TooManyJoints { file, found: joints.interface_count() });
+        }
         let soles = settings.sole.build(&soles::nominal(&robot)?)?;
         let plant_settings = settings.plant(&robot, &model);
         let joint_count = model.joint_count();

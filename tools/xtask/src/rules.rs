@@ -6,7 +6,7 @@
 use crate::metadata::Metadata;
 
 /// Each package of the workspace and those it may use directly.
-const MAY_USE: [(&str, &[&str]); 28] = [
+const MAY_USE: [(&str, &[&str]); 29] = [
     // Vocabulary and numerics.
     ("spatial", &[]),
     ("qp", &[]),
@@ -21,6 +21,7 @@ const MAY_USE: [(&str, &[&str]); 28] = [
     ("plant", &["multibody", "sole", "spatial"]),
     // The fence: nothing above knows of files, clocks, threads or other processes.
     ("robot", &[]),
+    ("robot_model", &["multibody", "robot"]),
     ("scenario", &[]),
     ("soles", &["robot", "sole", "spatial"]),
     ("messages", &["pattern", "spatial"]),
@@ -30,16 +31,53 @@ const MAY_USE: [(&str, &[&str]); 28] = [
     // Processes.
     (
         "soleus-planner",
-        &["bus", "gait", "messages", "multibody", "node", "pattern", "robot", "scenario", "sole", "soles", "spatial"],
+        &[
+            "bus",
+            "gait",
+            "messages",
+            "multibody",
+            "node",
+            "pattern",
+            "robot",
+            "robot_model",
+            "scenario",
+            "sole",
+            "soles",
+            "spatial",
+        ],
     ),
     ("soleus-estimator", &["bus", "messages", "node", "pattern", "robot", "scenario", "sole", "soles", "spatial"]),
     (
         "soleus-controller",
-        &["bus", "messages", "multibody", "node", "pattern", "robot", "scenario", "spatial", "wholebody"],
+        &[
+            "bus",
+            "messages",
+            "multibody",
+            "node",
+            "pattern",
+            "robot",
+            "robot_model",
+            "scenario",
+            "spatial",
+            "wholebody",
+        ],
     ),
     (
         "soleus-simulator",
-        &["bus", "messages", "multibody", "node", "pattern", "plant", "robot", "scenario", "sole", "soles", "spatial"],
+        &[
+            "bus",
+            "messages",
+            "multibody",
+            "node",
+            "pattern",
+            "plant",
+            "robot",
+            "robot_model",
+            "scenario",
+            "sole",
+            "soles",
+            "spatial",
+        ],
     ),
     ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "scenario"]),
     ("soleus-replayer", &["closed_loop", "messages", "node", "recording", "robot", "scenario"]),

@@ -168,8 +168,11 @@ fn legend<'a, 'b: 'a>(panel: &mut Panel<'a, 'b>) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// A foot, the corners of its sole and those of the part of it that the ZMP may use (m).
+type Footprint = (Side, [(f64, f64); 4], [(f64, f64); 4]);
+
 /// Every foothold once: side, sole, sole less the margin.
-fn footprints(plan: &Plan, settings: &GaitSettings) -> Vec<(Side, [(f64, f64); 4], [(f64, f64); 4])> {
+fn footprints(plan: &Plan, settings: &GaitSettings) -> Vec<Footprint> {
     let first = plan.pattern.phases[0].feet;
     let initial = Side::BOTH.map(|side| (side, first[side.index()].ankle_foothold));
     let margin = settings.limits.zmp_margin_m;
@@ -190,10 +193,7 @@ fn sole(pattern: &WalkPattern, settings: &GaitSettings, side: Side, ankle: &Foot
     [(x, y), (-x, y), (-x, -y), (x, -y)].map(|(x, y)| point(centre.offset(Vector2::new(x, y)).position()))
 }
 
-fn draw_footprints(
-    panel: &mut Panel<'_, '_>,
-    footprints: &[(Side, [(f64, f64); 4], [(f64, f64); 4])],
-) -> anyhow::Result<()> {
+fn draw_footprints(panel: &mut Panel<'_, '_>, footprints: &[Footprint]) -> anyhow::Result<()> {
     for (side, sole, shrunk) in footprints {
         let color = if *side == Side::Left { LEFT } else { RIGHT };
         outline(panel, sole, faint(color).stroke_width(2))?;
