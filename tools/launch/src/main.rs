@@ -63,7 +63,7 @@ struct Launch {
     #[arg(long)]
     real_time: bool,
 
-    /// Folder of the run, in place of runs/<date>-<scenario>.
+    /// Folder of the run, in place of `runs/DATE-SCENARIO`.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -25,7 +25,7 @@ enum Task {
     Check,
     /// Dependency rules and licences only.
     Rules,
-    /// Build everything in release and walk a scenario: cargo walk [SCENARIO] [soleus-launch's options].
+    /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
     Walk {
         /// A scenario file or the name of one in config/scenarios, then options of soleus-launch.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
