@@ -1,0 +1,414 @@
+//! Pose, forces and node states together: Newton in the stiffness form (method 2.4).
+//!
+//! Unknowns: position `O` and orientation `R` of the sole and the tangential slips `v` of the sliding points. For the contact
+//! set c the displacements `u_i = R'(Q_i + v_i - O) - p_i` are prescribed, the forces are `f = K_c u`, and with
+//! `Q_i = sum_k s_ik q_k` (a few *families* of scalars `s` fixed per point, directions `q` that turn with the pose)
+//! `f = Y coefficients + sum_slip K_:i R' v_i`, where `Y = K_c Z` is kept by [`ContactStiffness`]. Equations: total force and
+//! moment equal the target's, and for each sliding point the Alart-Curnier condition
+//! `G = F_t - mu F_n d = 0, d = z/|z|, z = F_t - rho v`. Sliding unknowns are eliminated first, so each step solves 2s and then
+//! 6 equations; the 6 x 6 matrix left over is the tangent stiffness at frozen states.
+//!
+//! Here: the state of a stance and its history. The unknowns' equations are in `system`, the iteration and the rates in `newton`,
+//! the points' states in `states`.
+
+mod newton;
+mod sliding;
+mod states;
+mod system;
+mod target;
+
+pub(crate) use sliding::SlidingLaw;
+pub(crate) use target::Target;
+
+use crate::estimate::{EulerOrder, Foothold};
+use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
+use crate::{NodeState, SoleModel};
+use nalgebra::{RowVector3, Vector2};
+use spatial::{Mat6, Transform, Vec3, Vec6, so3};
+use std::sync::Arc;
+
+/// How one Newton solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    Converged,
+    Unstable,
+    Stopped,
+}
+
+/// Limits of the Newton iteration.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    pub tolerance: f64,
+    pub iterations: usize,
+}
+
+/// Reported beside the pose.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Work {
+    pub iterations: usize,
+    pub landings: usize,
+    pub lift_offs: usize,
+    pub residual: f64,
+}
+
+/// Longest step of the position (m) and of the orientation (rad) in one iteration (facts: robust without a line search).
+const STEP_MAX_M: f64 = 0.010;
+const STEP_MAX_RAD: f64 = 0.2;
+/// Length (m) that makes moments comparable to forces: half a foot.
+const MOMENT_ARM_M: f64 = 0.1;
+/// Rounding floors are this many units of the last place of the sole's coordinates.
+const FLOOR_ULPS: f64 = 40.0;
+
+/// During the iterations a free point is looked at only if its undeformed position is nearer to the ground than this many times
+/// the largest displacement in contact. Not a bound, so [`Equilibrium::settle`] looks at all of them when the iterations are over.
+const SCREEN: f64 = 2.0;
+
+/// From this iteration on only one point changes its state at a time.
+const CAUTIOUS_AFTER: usize = 10;
+
+/// A point whose state does not fit its force or gap, and by how much (N).
+#[derive(Debug, Clone, Copy)]
+struct Change {
+    point: usize,
+    to: NodeState,
+    wrong_n: f64,
+}
+
+/// A saved state to return to when an attempt fails.
+#[derive(Debug, Clone)]
+struct Saved {
+    pose: Transform,
+    states: Vec<NodeState>,
+    slips: Vec<Vector2<f64>>,
+}
+
+/// Opaque copy of a state.
+#[derive(Debug, Clone)]
+pub(crate) struct Snapshot(Saved);
+
+/// Model, history and workspace of one stance.
+#[derive(Debug, Clone)]
+pub(crate) struct Equilibrium {
+    model: Arc<SoleModel>,
+    euler: EulerOrder,
+    pub(crate) pose: Transform,
+    pub(crate) states: Vec<NodeState>,
+    slips: Vec<Vector2<f64>>,
+    /// Tangential references Q of every point; meaningless at the first tick, when they follow from the pose (35).
+    references: Vec<Vector2<f64>>,
+    first: Option<Foothold>,
+    stiffness: ContactStiffness,
+    /// `K Z` for all points in contact and the families of the first tick.
+    full_y: Vec<f64>,
+    /// packed sole-frame forces
+    f: Vec<f64>,
+    f_rate: Vec<f64>,
+    f_second: Vec<f64>,
+    /// the same at every point, zero where free
+    force_full: Vec<f64>,
+    /// displacement of every point by the compliance
+    u_full: Vec<f64>,
+    /// A = K B, 6 columns, and at the first tick the three that the moving references add
+    a: Vec<f64>,
+    a_first: Vec<f64>,
+    /// world positions of the points in contact, by slot
+    world: Vec<Vec3>,
+    sliding: Vec<usize>,
+    sliding_slots: Vec<usize>,
+    slip_column: Vec<f64>,
+    /// per sliding point: gradient of its condition with its force (sole axes), with its slip
+    gradients: Vec<[RowVector3<f64>; 2]>,
+    own_rates: Vec<[Vector2<f64>; 2]>,
+    jss: Vec<f64>,
+    pivots: Vec<usize>,
+    /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
+    js: Vec<f64>,
+    jxs: Vec<f64>,
+    changes: Vec<Change>,
+    /// tangent about the fixed point O at frozen states, world axes
+    pub(crate) tangent: Mat6,
+    right_hand: Vec6,
+    saved: Saved,
+    floor_n: f64,
+    floor_m: f64,
+    rho: Vec<f64>,
+    pub(crate) work: Work,
+    /// Rates at the end of the last solved tick: of the pose, its second rate, of the slips.
+    rate: Option<(Vec6, Vec6)>,
+    slip_rates: Vec<Vector2<f64>>,
+    /// Free points far from the ground are not looked at; see [`SCREEN`].
+    pub(crate) screening: bool,
+}
+
+fn stack(a: &Vec3, b: &Vec3) -> Vec6 {
+    Vec6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+fn parts(v: &Vec6) -> (Vec3, Vec3) {
+    (v.fixed_rows::<3>(0).into(), v.fixed_rows::<3>(3).into())
+}
+
+fn block(f: &[f64], slot: usize) -> Vec3 {
+    Vec3::new(f[3 * slot], f[3 * slot + 1], f[3 * slot + 2])
+}
+
+fn flat(v: &Vector2<f64>) -> Vec3 {
+    Vec3::new(v.x, v.y, 0.0)
+}
+
+impl Equilibrium {
+    pub(crate) fn new(model: Arc<SoleModel>, euler: EulerOrder) -> Self {
+        let n = model.contact_points().len();
+        let ld = 3 * n;
+        let reach = model.contact_points().iter().map(|p| p.norm()).fold(0.0, f64::max);
+        let c = model.compliance();
+        let smallest = (0..ld).map(|i| c[(i, i)]).fold(f64::INFINITY, f64::min);
+        let floor_m = FLOOR_ULPS * f64::EPSILON * reach;
+        let rho = (0..n).map(|i| 3.0 / (c[(3 * i, 3 * i)] + c[(3 * i + 1, 3 * i + 1)] + c[(3 * i + 2, 3 * i + 2)]));
+        let mut stiffness = ContactStiffness::new(&model);
+        stiffness.fill(&model);
+        let points = model.contact_points();
+        stiffness.set_columns(COLUMNS_MAX, |i| rows(&[1.0, points[i].x, points[i].y, points[i].z], &points[i]));
+        let full_y = (0..COLUMNS_MAX).flat_map(|j| stiffness.y(j).to_vec()).collect();
+        Self {
+            euler,
+            pose: Transform::identity(),
+            states: vec![NodeState::Free; n],
+            slips: vec![Vector2::zeros(); n],
+            references: vec![Vector2::zeros(); n],
+            first: None,
+            stiffness,
+            full_y,
+            f: vec![0.0; ld],
+            f_rate: vec![0.0; ld],
+            f_second: vec![0.0; ld],
+            force_full: vec![0.0; ld],
+            u_full: vec![0.0; ld],
+            a: vec![0.0; 6 * ld],
+            a_first: vec![0.0; 3 * ld],
+            world: vec![Vec3::zeros(); n],
+            sliding: Vec::with_capacity(n),
+            sliding_slots: Vec::with_capacity(n),
+            slip_column: vec![0.0; ld],
+            gradients: vec![[RowVector3::zeros(); 2]; n],
+            own_rates: vec![[Vector2::zeros(); 2]; n],
+            jss: vec![0.0; 2 * n * (2 * n + 7)],
+            pivots: vec![0; 2 * n],
+            js: vec![0.0; 2 * n * 7],
+            jxs: vec![0.0; 2 * n * 6],
+            changes: Vec::with_capacity(n),
+            tangent: Mat6::zeros(),
+            right_hand: Vec6::zeros(),
+            saved: Saved {
+                pose: Transform::identity(),
+                states: vec![NodeState::Free; n],
+                slips: vec![Vector2::zeros(); n],
+            },
+            floor_n: floor_m / smallest,
+            floor_m,
+            rho: rho.collect(),
+            work: Work::default(),
+            rate: None,
+            slip_rates: vec![Vector2::zeros(); n],
+            screening: true,
+            model,
+        }
+    }
+
+    pub(crate) fn model(&self) -> &SoleModel {
+        &self.model
+    }
+
+    /// Is this tick the first of its stance?
+    pub(crate) fn is_first(&self) -> bool {
+        self.first.is_some()
+    }
+
+    /// A new stance: flat at the foothold, everything in contact, references by (35).
+    pub(crate) fn begin(&mut self, foothold: Foothold) {
+        self.pose = Transform::new(so3::about_z(foothold.yaw_rad), Vec3::new(foothold.x_m, foothold.y_m, 0.0));
+        self.first = Some(foothold);
+        self.rate = None;
+        self.states.fill(NodeState::Stick);
+        self.slips.fill(Vector2::zeros());
+        self.stiffness.fill(&self.model);
+        self.stiffness.copy_columns(COLUMNS_MAX, &self.full_y);
+    }
+
+    /// Starts from given references and states instead: for tools that continue a history they hold.
+    pub(crate) fn begin_from(&mut self, pose: Transform, references: &[Vector2<f64>]) {
+        self.pose = pose;
+        self.first = None;
+        self.rate = None;
+        self.states.fill(NodeState::Stick);
+        self.slips.fill(Vector2::zeros());
+        self.references.copy_from_slice(references);
+        self.refresh();
+    }
+
+    /// Recomputes `K_c` and `Y` from the compliance for the present states.
+    pub(crate) fn refresh(&mut self) {
+        self.stiffness.fill(&self.model);
+        let points = self.model.contact_points();
+        if self.first.is_some() {
+            self.stiffness.copy_columns(COLUMNS_MAX, &self.full_y);
+        } else {
+            let q = &self.references;
+            self.stiffness.set_columns(10, |i| rows(&[1.0, q[i].x, q[i].y], &points[i]));
+        }
+        for point in 0..self.states.len() {
+            if self.states[point] == NodeState::Free {
+                self.stiffness.lift(point);
+            }
+        }
+    }
+
+    /// Directions `q_k` of the families; the first is the constant one.
+    fn families(&self) -> (usize, [Vec3; 4]) {
+        match &self.first {
+            None => (3, [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::zeros()]),
+            Some(foothold) => {
+                let r = self.euler.with_yaw(&self.pose.rotation, foothold.yaw_rad);
+                let t = |k: usize| Vec3::new(r[(0, k)], r[(1, k)], 0.0);
+                (4, [Vec3::new(foothold.x_m, foothold.y_m, 0.0), t(0), t(1), t(2)])
+            }
+        }
+    }
+
+    fn scalars(&self, point: usize) -> [f64; 4] {
+        let p = &self.model.contact_points()[point];
+        match self.first {
+            None => [1.0, self.references[point].x, self.references[point].y, 0.0],
+            Some(_) => [1.0, p.x, p.y, p.z],
+        }
+    }
+
+    /// Tangential reference of a point at the present pose.
+    fn reference(&self, point: usize, families: &(usize, [Vec3; 4])) -> Vec3 {
+        let s = self.scalars(point);
+        (0..families.0).map(|k| s[k] * families.1[k]).sum()
+    }
+
+    /// The tick is over: references move to where the points are now (28).
+    pub(crate) fn commit(&mut self, positions: &[Vec3]) {
+        if let Some(foothold) = self.first.take() {
+            let r = self.euler.with_yaw(&self.pose.rotation, foothold.yaw_rad);
+            // Columns of the first tick's families become those of the later ones.
+            let m = 3 * self.stiffness.len();
+            let (y, _, ld) = self.stiffness.columns_mut(10);
+            // p = sum_k p_k e_k, kept before its parts are overwritten.
+            for i in 0..m {
+                let own: f64 = y[12 * ld + i];
+                let one = [y[i], y[ld + i], y[2 * ld + i]];
+                let mut moved = [[0.0; 3]; 2];
+                for axis in 0..3 {
+                    let parts = [y[(3 + axis) * ld + i], y[(6 + axis) * ld + i], y[(9 + axis) * ld + i]];
+                    for (t, origin) in [foothold.x_m, foothold.y_m].into_iter().enumerate() {
+                        moved[t][axis] =
+                            origin * one[axis] + r[(t, 0)] * parts[0] + r[(t, 1)] * parts[1] + r[(t, 2)] * parts[2];
+                    }
+                }
+                for axis in 0..3 {
+                    y[(3 + axis) * ld + i] = moved[0][axis];
+                    y[(6 + axis) * ld + i] = moved[1][axis];
+                }
+                y[9 * ld + i] = own;
+            }
+        }
+        for i in 0..self.sliding.len() {
+            let point = self.sliding[i];
+            let slot = self.stiffness.slot(point).expect("sliding points touch");
+            let v = self.slips[point];
+            for axis in 0..3 {
+                self.stiffness.shift_column(3 + axis, 3 * slot + axis, v.x);
+                self.stiffness.shift_column(6 + axis, 3 * slot + axis, v.y);
+            }
+        }
+        for slot in 0..self.stiffness.len() {
+            // Exactly where the contact equations put it, not where C f puts it up to rounding.
+            let point = self.stiffness.points()[slot];
+            self.references[point] = self.world[slot].xy();
+            self.slips[point] = Vector2::zeros();
+        }
+        for point in 0..self.states.len() {
+            if self.states[point] == NodeState::Free {
+                self.references[point] = positions[point].xy();
+            }
+        }
+    }
+
+    /// Remembers the present state.
+    pub(crate) fn save(&mut self) {
+        self.saved.pose = self.pose;
+        self.saved.states.copy_from_slice(&self.states);
+        self.saved.slips.copy_from_slice(&self.slips);
+    }
+
+    /// Returns to the remembered state.
+    pub(crate) fn restore(&mut self) {
+        self.pose = self.saved.pose;
+        for point in 0..self.states.len() {
+            let (was, is) = (self.saved.states[point], self.states[point]);
+            if was == NodeState::Free && is != NodeState::Free {
+                self.stiffness.lift(point);
+            } else if was != NodeState::Free && is == NodeState::Free {
+                self.states[point] = was;
+                let count = self.families().0;
+                let z = rows(&self.scalars(point)[..count], &self.model.contact_points()[point]);
+                self.stiffness.land(&self.model, point, &z);
+            }
+            self.states[point] = was;
+            self.slips[point] = self.saved.slips[point];
+        }
+    }
+
+    /// A copy of the state alone, for the continuation (allocates: only on the slow path).
+    pub(crate) fn clone_state(&self) -> Snapshot {
+        Snapshot(Saved { pose: self.pose, states: self.states.clone(), slips: self.slips.clone() })
+    }
+
+    /// Returns to such a copy.
+    pub(crate) fn return_to(&mut self, snapshot: &Snapshot) {
+        let own = std::mem::replace(&mut self.saved, snapshot.0.clone());
+        self.restore();
+        self.saved = own;
+    }
+
+    /// Rotation (rad) since the remembered state.
+    pub(crate) fn turned_since_saved(&self) -> f64 {
+        so3::log(&(self.pose.rotation * self.saved.pose.rotation.transpose())).norm()
+    }
+
+    /// Total wrench about the sole's origin, world axes.
+    pub(crate) fn wrench(&self) -> (Vec3, Vec3) {
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for slot in 0..self.stiffness.len() {
+            let f = self.pose.rotation * block(&self.f, slot);
+            force += f;
+            moment += (self.world[slot] - self.pose.translation).cross(&f);
+        }
+        (force, moment)
+    }
+}
+
+/// Rows of Z: `s_k e_j` for every family k, then the undeformed position.
+fn rows(scalars: &[f64], p: &Vec3) -> Rows {
+    let mut out = [[0.0; COLUMNS_MAX]; 3];
+    for axis in 0..3 {
+        for (k, s) in scalars.iter().enumerate() {
+            out[axis][3 * k + axis] = *s;
+        }
+        out[axis][3 * scalars.len()] = p[axis];
+    }
+    out
+}
+
+/// Solves with a 6 x 6 matrix whose rows and columns mix lengths and angles.
+pub(crate) fn scaled_solve(matrix: &Mat6, right: &Vec6) -> Option<Vec6> {
+    let unit = |i: usize| if i < 3 { 1.0 } else { MOMENT_ARM_M };
+    let scaled = Mat6::from_fn(|i, j| matrix[(i, j)] / (unit(i) * unit(j)));
+    let rhs = Vec6::from_fn(|i, _| right[i] / unit(i));
+    let x = scaled.lu().solve(&rhs)?;
+    let out = Vec6::from_fn(|i, _| x[i] / unit(i));
+    out.iter().all(|x| x.is_finite()).then_some(out)
+}

@@ -1,0 +1,192 @@
+//! The iteration, the rates of the pose, and what is looked at when it is over.
+
+use super::{
+    CAUTIOUS_AFTER, End, Equilibrium, Limits, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts, scaled_solve, stack,
+};
+use crate::NodeState;
+use friction::dense::{add_one, add_three, lu_solve};
+use friction::natural_map;
+use nalgebra::Vector2;
+use spatial::{Vec3, Vec6, so3};
+
+impl Equilibrium {
+    /// Newton from the present state.
+    pub(crate) fn newton(&mut self, target: &Target, limits: &Limits) -> End {
+        let tolerance = limits.tolerance.max(self.floor_n / target.force[0].norm());
+        self.evaluate();
+        let mut settled = false;
+        for iteration in 0..=limits.iterations {
+            let residual = self.assemble(target, false);
+            self.work.residual = residual;
+            if settled && residual <= tolerance {
+                return if self.tangent.determinant() > 0.0 { End::Converged } else { End::Unstable };
+            }
+            if iteration == limits.iterations || !residual.is_finite() {
+                break;
+            }
+            self.work.iterations += 1;
+            let Some(mut step) = scaled_solve(&self.tangent, &-self.right_hand) else { break };
+            let (linear, angular) = parts(&step);
+            let scale = 1.0_f64.min(STEP_MAX_M / linear.norm()).min(STEP_MAX_RAD / angular.norm());
+            if !scale.is_finite() {
+                break;
+            }
+            let rows_s = 2 * self.states.len();
+            for i in 0..self.sliding.len() {
+                for t in 0..2 {
+                    let row = 2 * i + t;
+                    let by_pose: f64 = (0..6).map(|l| self.js[l * rows_s + row] * step[l]).sum();
+                    self.slips[self.sliding[i]][t] += scale * (-self.js[6 * rows_s + row] - by_pose);
+                }
+            }
+            step *= scale;
+            let (linear, angular) = parts(&step);
+            self.pose.translation += linear;
+            self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
+            self.evaluate();
+            settled = !self.update_states(iteration >= CAUTIOUS_AFTER);
+            if !settled {
+                self.evaluate();
+            }
+        }
+        End::Stopped
+    }
+
+    /// Twist and acceleration of the sole's origin by implicit differentiation, at frozen references and states. Call after a
+    /// converged [`Equilibrium::newton`]; leaves the frozen tangent in place.
+    pub(crate) fn rates(&mut self, target: &Target) -> Option<(Vec6, Vec6)> {
+        if self.first.is_some() {
+            self.assemble(target, true);
+        }
+        let (m, ld) = (3 * self.stiffness.len(), self.stiffness.ld());
+        let r = self.pose.rotation;
+        let o = self.pose.translation;
+        let rows_s = 2 * self.states.len();
+        let [_, rate, second] = target.wrench(&o);
+        let x = scaled_solve(&self.tangent, &rate)?;
+        let (linear, w) = parts(&x);
+        let slip_rate = |js: &[f64], i: usize| {
+            -Vector2::from_fn(|t, _| (0..6).map(|l| js[l * rows_s + 2 * i + t] * x[l]).sum::<f64>())
+        };
+        // f' and f'' along the path with constant rates.
+        let (count, q) = self.families();
+        let f1 = &mut self.f_rate[..m];
+        let f2 = &mut self.f_second[..m];
+        f1.fill(0.0);
+        f2.fill(0.0);
+        for l in 0..6 {
+            add_one(f1, &self.a[l * ld..l * ld + m], x[l]);
+        }
+        for k in 0..count {
+            let mut direction = w.cross(&w.cross(&q[k]));
+            if k == 0 {
+                direction = w.cross(&w.cross(&(q[k] - o))) + 2.0 * w.cross(&linear);
+            }
+            let c = r.tr_mul(&direction);
+            let j = 3 * k;
+            add_three(f2, self.stiffness.y(j), self.stiffness.y(j + 1), self.stiffness.y(j + 2), c.x, c.y, c.z);
+        }
+        for (i, point) in self.sliding.iter().enumerate() {
+            let j = 3 * self.stiffness.slot(*point).expect("sliding points touch");
+            let v1 = flat(&slip_rate(&self.js, i));
+            let columns = (self.stiffness.column(j), self.stiffness.column(j + 1), self.stiffness.column(j + 2));
+            let c = r.tr_mul(&v1);
+            add_three(f1, columns.0, columns.1, columns.2, c.x, c.y, c.z);
+            let c = r.tr_mul(&(w.cross(&w.cross(&flat(&self.slips[*point]))) - 2.0 * w.cross(&v1)));
+            add_three(f2, columns.0, columns.1, columns.2, c.x, c.y, c.z);
+        }
+        // Second derivative of the wrench along that path, sliding law likewise.
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        let world_rates = |slot: usize, f: &[f64], f1: &[f64], f2: &[f64]| {
+            let (force, first, second) = (r * block(f, slot), r * block(f1, slot), r * block(f2, slot));
+            (first + w.cross(&force), second + 2.0 * w.cross(&first) + w.cross(&w.cross(&force)))
+        };
+        for slot in 0..self.stiffness.len() {
+            let (_, second) = world_rates(slot, &self.f, &self.f_rate, &self.f_second);
+            force += second;
+            moment += (self.world[slot] - o).cross(&second);
+        }
+        for i in 0..self.sliding.len() {
+            let point = self.sliding[i];
+            let slot = self.stiffness.slot(point).expect("sliding points touch");
+            let (first, second) = world_rates(slot, &self.f, &self.f_rate, &self.f_second);
+            let v1 = slip_rate(&self.js, i);
+            moment += 2.0 * flat(&v1).cross(&first);
+            let law = self.law(point, &(r * block(&self.f, slot)));
+            let g = law.second(&first, &second, &v1);
+            self.js[6 * rows_s + 2 * i] = g.x;
+            self.js[6 * rows_s + 2 * i + 1] = g.y;
+        }
+        let mut right = second - stack(&force, &moment);
+        let s = self.sliding.len();
+        if s > 0 {
+            lu_solve(&self.jss, rows_s, 2 * s, &self.pivots, &mut self.js[6 * rows_s..], 1);
+            for i in 0..2 * s {
+                let back = Vec6::from_column_slice(&self.jxs[6 * i..6 * i + 6]);
+                right.axpy(self.js[6 * rows_s + i], &back, 1.0);
+            }
+        }
+        let acceleration = scaled_solve(&self.tangent, &right)?;
+        self.slip_rates.fill(Vector2::zeros());
+        for i in 0..s {
+            self.slip_rates[self.sliding[i]] = slip_rate(&self.js, i);
+        }
+        self.rate = Some((x, acceleration));
+        Some((x, acceleration))
+    }
+
+    /// Displacements of all points by the compliance; returns the largest contact-law violation in newtons:
+    /// `|F - P_cone(F - rho (delta + mu |delta_t| n))|` with `delta` from `C f`, not from `K`. A free point under the ground counts
+    /// with the force that would be needed to keep it out.
+    pub(crate) fn settle(&mut self, positions: &mut [Vec3], forces: &mut [Vec3]) -> f64 {
+        let ld = self.stiffness.ld();
+        let c = self.model.compliance().as_slice();
+        self.u_full.fill(0.0);
+        for slot in 0..self.stiffness.len() {
+            let f = block(&self.f, slot);
+            let j = 3 * self.stiffness.points()[slot] * ld;
+            add_three(
+                &mut self.u_full,
+                &c[j..j + ld],
+                &c[j + ld..j + 2 * ld],
+                &c[j + 2 * ld..j + 3 * ld],
+                f.x,
+                f.y,
+                f.z,
+            );
+        }
+        let families = self.families();
+        let mut worst = 0.0_f64;
+        for point in 0..self.states.len() {
+            let u = block(&self.u_full, point);
+            let position = self.pose.point(&(self.model.contact_points()[point] + u));
+            let force = self.pose.rotation * block(&self.force_full, point);
+            positions[point] = position;
+            forces[point] = force;
+            let delta = position - self.reference(point, &families);
+            worst = worst.max(natural_map(self.model.friction()[point], self.rho[point], &force, &delta).norm());
+        }
+        worst
+    }
+
+    /// Moves pose and slips along the rates of the last tick: a better start than the pose of before when references change smoothly,
+    /// and the same one when they do not change. False when there is nothing to go by.
+    pub(crate) fn predict(&mut self, dt_s: f64) -> bool {
+        let Some((rate, second)) = self.rate.take() else { return false };
+        let step = dt_s * rate + 0.5 * dt_s * dt_s * second;
+        let (linear, angular) = parts(&step);
+        // NaN compares false.
+        let sound = linear.norm() < STEP_MAX_M && angular.norm() < STEP_MAX_RAD;
+        if !sound {
+            return false;
+        }
+        self.pose.translation += linear;
+        self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
+        for point in 0..self.states.len() {
+            if self.states[point] == NodeState::Slip {
+                self.slips[point] = dt_s * self.slip_rates[point];
+            }
+        }
+        true
+    }
+}

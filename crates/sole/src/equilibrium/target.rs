@@ -1,0 +1,39 @@
+//! What the sole must carry, and how it changes.
+
+use super::stack;
+use nalgebra::Vector2;
+use spatial::{Vec3, Vec6};
+
+/// What the sole must carry, and how it changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Target {
+    /// Force of the ground on the sole, world (N), rate, second rate.
+    pub force: [Vec3; 3],
+    /// Zero-moment point on the ground (m), rate, second rate.
+    pub zmp: [Vector2<f64>; 3],
+}
+
+impl Target {
+    pub(super) fn point(&self, order: usize) -> Vec3 {
+        Vec3::new(self.zmp[order].x, self.zmp[order].y, 0.0)
+    }
+
+    /// Wrench about the fixed point `c` and its first two time derivatives.
+    pub(super) fn wrench(&self, c: &Vec3) -> [Vec6; 3] {
+        let [f, fd, fdd] = self.force;
+        let (p, pd, pdd) = (self.point(0) - c, self.point(1), self.point(2));
+        [
+            stack(&f, &p.cross(&f)),
+            stack(&fd, &(pd.cross(&f) + p.cross(&fd))),
+            stack(&fdd, &(pdd.cross(&f) + 2.0 * pd.cross(&fd) + p.cross(&fdd))),
+        ]
+    }
+
+    /// A point between two targets (values only).
+    pub(crate) fn between(&self, to: &Self, fraction: f64) -> Self {
+        let mut out = *to;
+        out.force[0] = self.force[0] * (1.0 - fraction) + to.force[0] * fraction;
+        out.zmp[0] = self.zmp[0] * (1.0 - fraction) + to.zmp[0] * fraction;
+        out
+    }
+}
