@@ -99,7 +99,11 @@ impl Failure {
         let mut text = self.to_string();
         let mut source = self.source();
         while let Some(cause) = source {
-            text = format!("{text}: {cause}");
+            // Some errors say their source's words in their own message; once is enough.
+            let words = cause.to_string();
+            if !text.contains(&words) {
+                text = format!("{text}: {words}");
+            }
             source = cause.source();
         }
         text

@@ -24,6 +24,9 @@ impl Program for Simulate {
     }
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        if shell.real_time() {
+            return Err(Failure::unusable("the simulator runs in lock-step only: start it without --real-time"));
+        }
         let mut commands = shell.subscriber(topic::ROBOT_COMMAND, 8)?;
         let mut starts = shell.subscriber(topic::WALK_START, 1)?;
         let mut states = shell.publisher(topic::ROBOT_STATE)?;

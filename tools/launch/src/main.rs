@@ -28,6 +28,10 @@ use std::time::Duration;
 /// Starts, supervises and stops the processes of a scenario.
 #[derive(Debug, Parser)]
 #[command(name = "soleus-launch", version = node::VERSION, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(
+    after_help = "Exit codes: 0 walked to the end; 1 fallen, or failed while running; 2 arguments or configuration wrong; \
+3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 130 interrupted."
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,

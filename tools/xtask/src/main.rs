@@ -6,6 +6,7 @@
 mod check;
 mod licenses;
 mod metadata;
+mod readme;
 mod rules;
 mod walk;
 
