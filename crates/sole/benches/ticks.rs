@@ -165,6 +165,34 @@ fn stance_table() {
     }
 }
 
+/// Double support: one foot takes over the load (right at its touch-down) while the other gives it up, both ticks timed together.
+fn double_support_table() {
+    println!("estimator, both feet in double support (us per tick)    median      p99      max");
+    let left = sole([12, 7, 3], 0.021, Level::Fem);
+    let right = Arc::new(left.mirrored());
+    let settings = EstimatorSettings { tolerance: 1e-6, ..EstimatorSettings::default() };
+    let mut landing = StanceEstimator::new(left, settings);
+    let mut leaving = StanceEstimator::new(right, settings);
+    let mut times = Vec::new();
+    let ramp = walking_stance::RAMP_TICKS;
+    for _ in 0..10 {
+        leaving.touch_down(Foothold::default());
+        for tick in 0..walking_stance::TICKS - ramp {
+            leaving.step(&walking_stance::reference(tick, true));
+        }
+        landing.touch_down(Foothold::default());
+        for tick in 0..ramp {
+            let taken = walking_stance::reference(tick, false);
+            let given = walking_stance::reference(walking_stance::TICKS - ramp + tick, true);
+            let start = thread_time_s();
+            landing.step(&taken);
+            leaving.step(&given);
+            times.push(thread_time_s() - start);
+        }
+    }
+    line("  1512 tets each, 1e-6", &mut times, "");
+}
+
 /// The paper's scheme on the same stance, once: it is slow.
 fn nested_table() {
     println!(
@@ -221,6 +249,7 @@ fn plant_table() {
 fn main() {
     friction_table();
     stance_table();
+    double_support_table();
     nested_table();
     plant_table();
 }

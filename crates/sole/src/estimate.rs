@@ -412,10 +412,10 @@ impl StanceEstimator {
         let limits = Limits { tolerance: self.settings.tolerance, iterations: self.settings.iterations_max };
         let mut failure = None;
         let predicted = self.equilibrium.predict(self.settings.period_s);
-        let mut end = self.equilibrium.newton(&target, &limits);
-        if end != End::Converged && predicted {
+        let mut end = self.equilibrium.newton(&target, &limits, predicted == Some(true));
+        if end != End::Converged && predicted.is_some() {
             self.equilibrium.restore();
-            end = self.equilibrium.newton(&target, &limits);
+            end = self.equilibrium.newton(&target, &limits, false);
         }
         // Beyond the fold the linear sole has further equilibria, tilted by tens of degrees: a large turn within one tick must be
         // one that the load leads to.
@@ -462,7 +462,7 @@ impl StanceEstimator {
             }
             let next = f64::min(reached + step, 1.0);
             let before = self.equilibrium.pose.rotation;
-            let end = self.equilibrium.newton(&from.between(target, next), &limits);
+            let end = self.equilibrium.newton(&from.between(target, next), &limits, false);
             let turned = so3::log(&(self.equilibrium.pose.rotation * before.transpose())).norm();
             if end == End::Converged && turned < LEAP_RAD {
                 reached = next;
@@ -488,7 +488,7 @@ impl StanceEstimator {
             // Drift of K_c, or a point that the screening missed: once more from the compliance, looking at every point.
             self.equilibrium.refresh();
             self.equilibrium.screening = false;
-            let end = self.equilibrium.newton(target, limits);
+            let end = self.equilibrium.newton(target, limits, false);
             self.equilibrium.screening = true;
             if end != End::Converged {
                 return Some(Status::NotConverged);

@@ -43,18 +43,19 @@
 //! 5-12 % in tilt up to there), inertia and weight of the foam, viscosity in the estimator, side faces unless [`ContactSet::All`].
 //!
 //! # Measured
-//! `cargo bench -p sole` (thread CPU time, shared 2-core AMD EPYC, us), walking stance of 199 ticks with horizontal forces to 0.3 of the vertical:
+//! `cargo bench --profile release -p sole` (thread CPU time, shared 2-core AMD EPYC, us), walking stance of 199 ticks with horizontal forces to 0.3 of the vertical:
 //!
 //! | | median | p99 |
 //! |---|---|---|
-//! | estimator, 1512 tets, 104 contacts, 1e-6 | 67 | 543 |
-//! | the same, nested scheme of the paper | 3236 | 6219 |
-//! | estimator, 1500 tets, 66 contacts, 1e-6 | 31 | 214 |
-//! | the same, nested scheme of the paper | 1146 | 1818 |
-//! | estimator, 42 patches, 1e-6 | 15 | 88 |
-//! | friction, cold, 1e-8, 66 contacts | 80 | 117 |
-//! | friction, cold, 1e-8, 104 contacts | 218 | 333 |
-//! | pose-driven, 72 patches, warm | 38 | 80 |
+//! | estimator, 1512 tets, 104 contacts, 1e-6 | 52 | 392 |
+//! | the same, both feet in double support | 134 | 655 |
+//! | the same, one foot, nested scheme of the paper | 2977 | 5380 |
+//! | estimator, 1500 tets, 66 contacts, 1e-6 | 23 | 192 |
+//! | the same, nested scheme of the paper | 1037 | 1626 |
+//! | estimator, 42 patches, 1e-6 | 13 | 73 |
+//! | friction, cold, 1e-8, 66 contacts | 75 | 104 |
+//! | friction, cold, 1e-8, 104 contacts | 198 | 295 |
+//! | pose-driven, 72 patches, warm | 36 | 71 |
 //!
 //! Other runs of the same build were up to 20 % faster: the machine is shared.
 //! The slow ticks are the last ones before lift-off, where at a load of a few newtons all 61 points slide at once.

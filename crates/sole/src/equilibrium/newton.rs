@@ -10,11 +10,10 @@ use nalgebra::Vector2;
 use spatial::{Vec3, Vec6, so3};
 
 impl Equilibrium {
-    /// Newton from the present state.
-    pub(crate) fn newton(&mut self, target: &Target, limits: &Limits) -> End {
+    /// Newton from the present state. `settled`: the points' states have been looked at since the pose last moved, and fit.
+    pub(crate) fn newton(&mut self, target: &Target, limits: &Limits, mut settled: bool) -> End {
         let tolerance = limits.tolerance.max(self.floor_n / target.force[0].norm());
         self.evaluate();
-        let mut settled = false;
         for iteration in 0..=limits.iterations {
             let residual = self.assemble(target, false);
             self.work.residual = residual;
@@ -170,15 +169,15 @@ impl Equilibrium {
     }
 
     /// Moves pose and slips along the rates of the last tick: a better start than the pose of before when references change smoothly,
-    /// and the same one when they do not change. False when there is nothing to go by.
-    pub(crate) fn predict(&mut self, dt_s: f64) -> bool {
-        let Some((rate, second)) = self.rate.take() else { return false };
+    /// and the same one when they do not change. Says whether all points keep their states there; `None` when there is nothing to go by.
+    pub(crate) fn predict(&mut self, dt_s: f64) -> Option<bool> {
+        let (rate, second) = self.rate.take()?;
         let step = dt_s * rate + 0.5 * dt_s * dt_s * second;
         let (linear, angular) = parts(&step);
         // NaN compares false.
         let sound = linear.norm() < STEP_MAX_M && angular.norm() < STEP_MAX_RAD;
         if !sound {
-            return false;
+            return None;
         }
         self.pose.translation += linear;
         self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
@@ -187,6 +186,8 @@ impl Equilibrium {
                 self.slips[point] = dt_s * self.slip_rates[point];
             }
         }
-        true
+        // Points that lift or slide on the way do so before the first factorisation, not after it.
+        self.evaluate();
+        Some(!self.update_states(false))
     }
 }

@@ -10,6 +10,8 @@ use std::ops::{Add, Mul};
 pub const PERIOD_S: f64 = 0.005;
 /// Ticks of the stance.
 pub const TICKS: usize = 199;
+/// Ticks over which the load comes and goes.
+pub const RAMP_TICKS: usize = 40;
 /// Vertical load of single support: 39 kg (N).
 pub const WEIGHT_N: f64 = 39.0 * 9.81;
 
@@ -64,7 +66,7 @@ pub fn reference(tick: usize, mirror: bool) -> StanceReference {
     let duration = TICKS as f64 * PERIOD_S;
     // The first tick carries about 0.05 N.
     let t = Jet([(tick as f64 + 2.2) * PERIOD_S, 1.0, 0.0]);
-    let ramp = 0.2;
+    let ramp = RAMP_TICKS as f64 * PERIOD_S;
     let up = t.scaled(1.0 / ramp).smooth_step();
     let down = (Jet::constant(duration + 5.0 * PERIOD_S) + t.scaled(-1.0)).scaled(1.0 / ramp).smooth_step();
     let load = up * down * Jet::constant(WEIGHT_N);
