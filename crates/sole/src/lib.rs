@@ -57,13 +57,15 @@
 //! | friction, cold, 1e-8, 104 contacts | 198 | 295 |
 //! | pose-driven, 72 patches, warm | 36 | 71 |
 //!
-//! Other runs of the same build were up to 20 % faster: the machine is shared.
+//! The machine is shared: the first row's 99 % was 377, 392 and, beside other work, 494 in three runs.
 //! The slow ticks are the last ones before lift-off, where at a load of a few newtons all 61 points slide at once.
 //!
 //! `python3 tools/oracles/sole.py`: displacements differ from scikit-fem's by at most 2.1e-14 of the largest on four soles.
 //!
 //! `cargo run --profile bench -p sole --example speed_against_error -- plot.svg` (`docs/speed_against_error.svg`), the same stance, ankle error
 //! against 10,764 quadratic tetrahedra, tolerance 1e-9:
+//!
+//! (Errors repeat exactly; the times were taken before the start of a tick was improved and are up to a third too long.)
 //!
 //! | model | contacts | median us | p99 us | ankle rms / max mm | rms deg | build s |
 //! |---|---|---|---|---|---|---|
