@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 const SPIN: Duration = Duration::from_micros(40);
 /// How long it sleeps at most before it looks by itself, in case a wake-up got lost.
 pub(crate) const SLICE: Duration = Duration::from_millis(20);
+/// How long it sleeps at least. The timeout becomes a socket's `SO_RCVTIMEO` in whole microseconds, and 0 there means for ever:
+/// what is left of somebody's patience may well be less than a microsecond.
+const SHORTEST: Duration = Duration::from_micros(1);
 
 /// Whose messages are taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -179,7 +182,7 @@ pub(crate) fn sleep_until_woken(
     topic: &'static str,
 ) -> Result<(), ReceiveError> {
     match listener {
-        Some(listener) => match listener.timed_wait(|_| {}, longest) {
+        Some(listener) => match listener.timed_wait(|_| {}, longest.max(SHORTEST)) {
             Ok(_) => Ok(()),
             Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
             Err(_) => Err(ReceiveError::Wait { topic }),
@@ -188,5 +191,33 @@ pub(crate) fn sleep_until_woken(
             std::thread::sleep(longest.min(Duration::from_millis(1)));
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Domain, Owner};
+    use messages::code::Process;
+    use std::sync::mpsc;
+
+    #[test]
+    fn less_than_a_microsecond_is_not_for_ever() {
+        // A thread that sleeps for ever must not keep the test from ending.
+        let (done, woken) = mpsc::channel();
+        let sleeper = std::thread::spawn(move || {
+            let name = format!("bus-shortest-{}", std::process::id()).parse().expect("short and lower-case");
+            let _owner = Owner::claim(&name).expect("a domain of its own");
+            let domain = Domain::join(&name, Process::Estimator, Duration::from_secs(5)).expect("it has an owner");
+            let listener = listener(&domain.node, messages::topic::ROBOT_STATE).expect("a topic").expect("that wakes");
+            for nanoseconds in [0, 1, 999, 1000] {
+                let result = sleep_until_woken(Some(&listener), Duration::from_nanos(nanoseconds), "test");
+                done.send(result.is_ok()).expect("the test waits");
+            }
+        });
+        for _ in 0..4 {
+            assert_eq!(woken.recv_timeout(Duration::from_secs(20)), Ok(true));
+        }
+        sleeper.join().expect("it has done what it was to do");
     }
 }
