@@ -34,8 +34,9 @@
 //! moment loop at `K/D`: 20-30 1/s in roll (K = 0.6-0.9 kN m/rad, D = 30) and in pitch (2-2.7 kN m/rad, 90); the force difference
 //! closes at `K_z/D_z` = 20 1/s (500 kN/m, 2.5e4). That is an order faster than the DCM loop `k_p` = 3 1/s, and times the lag of
 //! about 10 ms (ramp of the drives, their own response) it stays at 0.2-0.3, where overshoot begins. `m g h` is 0.3 kN m/rad: the loop
-//! must be closed in roll wherever the ZMP leaves the sole's kern and K falls to that. The usable rectangle ends inside the *fold* beyond
-//! which no pose of a soft sole gives the ZMP: 0.89 of the half size, less a margin of 1 cm. A hard foot on the same drives has
+//! must be closed in roll wherever the ZMP leaves the sole's kern and K falls to that. The usable rectangle ends 1 cm inside 0.89 of the half
+//! size, beyond which a soft sole that is set down at full load has no pose and one that stands already tilts by more than 5 degrees
+//! (see `sole`). A hard foot on the same drives has
 //! ten times the roll stiffness: with these gains it rattles, and wants D = 200 / 400 and D_z = 1e5.
 //!
 //! References: S. Kajita et al., *Biped walking stabilization based on linear inverted pendulum tracking*, IROS 2010; S. Caron,

@@ -160,12 +160,14 @@ pub enum Status {
         /// Largest one allowed (N).
         limit_n: f64,
     },
-    /// The ZMP lies outside the hull of the contact points.
+    /// The ZMP lies outside the contact points, undeformed at the last pose as well as where they were at the last tick (a tilted
+    /// sole's edge that sticks is further out than its undeformed projection).
     ZmpOutsideSole {
-        /// Distance from the hull (m).
+        /// Distance beyond the outermost point (m).
         by_m: f64,
     },
-    /// No pose carries this load: following it from the last one that was carried stops on the way (the fold of method 2.4).
+    /// No pose carries this load: following it from the last one that was carried stops on the way. At full load that is the fold of
+    /// the first tick, whose references turn with the sole (35): see the crate.
     Fold {
         /// ZMP of the last load that was carried (m).
         reached_zmp_m: Vector2<f64>,
@@ -340,6 +342,10 @@ impl StanceEstimator {
         self.report.sole_pose = self.equilibrium.pose;
         self.report.twist = Twist::zero();
         self.report.acceleration = Twist::zero();
+        let points = self.equilibrium.model().contact_points();
+        for (position, p) in self.report.node_positions.iter_mut().zip(points) {
+            *position = self.equilibrium.pose.point(p);
+        }
         self.place_ankle();
     }
 
@@ -349,6 +355,9 @@ impl StanceEstimator {
         assert_eq!(previous_m.len(), self.positions.len(), "one previous position per contact point");
         self.touch_down(Foothold { x_m: pose.translation.x, y_m: pose.translation.y, yaw_rad: 0.0 });
         self.equilibrium.begin_from(pose, previous_m);
+        for (position, previous) in self.report.node_positions.iter_mut().zip(previous_m) {
+            *position = Vec3::new(previous.x, previous.y, 0.0);
+        }
     }
 
     /// The stance is over; the report keeps the take-off pose.
@@ -395,9 +404,9 @@ impl StanceEstimator {
         let pose = self.equilibrium.pose;
         let by_m = crate::hull::distance_outside(
             self.hull.iter().map(|p| pose.point(&Vec3::new(p.x, p.y, 0.0)).xy()),
+            self.report.node_positions.iter().map(Vec3::xy),
             &reference.zmp[0],
         );
-        // The sole may still turn a little within the tick; what is certainly outside is refused here, the rest by the fold.
         if by_m > 0.0 {
             return Some(Status::ZmpOutsideSole { by_m });
         }

@@ -30,7 +30,7 @@ pub struct StabiliserSettings {
     /// `l` (m): a force moved between the feet counts as much as a moment of that force times this length. Smaller shifts load,
     /// larger turns feet.
     pub load_shift_length_m: f64,
-    /// Half length of the rectangle about the sole's centre where a foot's ZMP may be (m): the fold less a margin.
+    /// Half length of the rectangle about the sole's centre where a foot's ZMP may be (m), see `stabiliser`.
     pub zmp_half_length_m: f64,
     /// Half width of that rectangle (m).
     pub zmp_half_width_m: f64,

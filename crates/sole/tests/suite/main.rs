@@ -2,6 +2,7 @@
 #![allow(non_snake_case)] // monogram notation
 #![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
+mod edge;
 mod files;
 mod finite_elements;
 mod friction_on_soles;
