@@ -298,6 +298,15 @@ const CONTINUATION_ITERATIONS: usize = 25;
 const CONTINUATION_FIRST: f64 = 0.25;
 const CONTINUATION_LAST: f64 = 1.0 / 1024.0;
 
+/// What is done when the contact laws, checked from the compliance, do not hold as well as asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Repair {
+    /// One more step: Newton's own measure was just met, the laws' measure not.
+    Step,
+    /// `K_c` anew from the compliance, and every point looked at: it had drifted, or the screening missed a point.
+    Refresh,
+}
+
 impl StanceEstimator {
     /// In the air.
     #[must_use]
@@ -493,16 +502,21 @@ impl StanceEstimator {
     fn finish(&mut self, target: &Target, limits: &Limits) -> Option<Status> {
         let load = target.force[0].norm();
         let mut violation = self.equilibrium.settle(&mut self.positions, &mut self.forces);
-        if violation > load * REFRESH.max(self.settings.tolerance) {
-            // Drift of K_c, or a point that the screening missed: once more from the compliance, looking at every point.
-            self.equilibrium.refresh();
-            self.equilibrium.screening = false;
+        for repair in [Repair::Step, Repair::Refresh] {
+            if violation <= load * REFRESH.max(self.settings.tolerance) {
+                break;
+            }
+            if repair == Repair::Refresh {
+                self.equilibrium.refresh();
+            }
+            self.equilibrium.screening = repair == Repair::Step;
             let end = self.equilibrium.newton(target, limits, false);
             self.equilibrium.screening = true;
-            if end != End::Converged {
-                return Some(Status::NotConverged);
+            match (end, repair) {
+                (End::Converged, _) => violation = self.equilibrium.settle(&mut self.positions, &mut self.forces),
+                (_, Repair::Step) => {}
+                (_, Repair::Refresh) => return Some(Status::NotConverged),
             }
-            violation = self.equilibrium.settle(&mut self.positions, &mut self.forces);
         }
         let residual = self.equilibrium.work.residual;
         let Some((velocity, acceleration)) = self.equilibrium.rates(target) else {

@@ -8,10 +8,11 @@
 //! `G = F_t - mu F_n d = 0, d = z/|z|, z = F_t - rho v`. Sliding unknowns are eliminated first, so each step solves 2s and then
 //! 6 equations; the 6 x 6 matrix left over is the tangent stiffness at frozen states.
 //!
-//! Here: the state of a stance and its history. The unknowns' equations are in `system`, the iteration and the rates in `newton`,
-//! the points' states in `states`.
+//! Here: the state of a stance and its history. The equations are in `residual`, their derivatives in `system`, the iteration and
+//! the rates in `newton`, the points' states in `states`.
 
 mod newton;
+mod residual;
 mod sliding;
 mod states;
 mod system;
@@ -65,6 +66,10 @@ const SCREEN: f64 = 2.0;
 
 /// From this iteration on only one point changes its state at a time.
 const CAUTIOUS_AFTER: usize = 10;
+
+/// Simplified Newton: the factors of the last step are used again when, at the rate of that step, the iteration would end within
+/// this many more. New factors cost about as much as that many steps with old ones where every point slides, less elsewhere.
+const SAME_FACTORS: i32 = 4;
 
 /// A point whose state does not fit its force or gap, and by how much (N).
 #[derive(Debug, Clone, Copy)]
@@ -128,14 +133,16 @@ pub(crate) struct Equilibrium {
     /// tangent about the fixed point O at frozen states, world axes
     pub(crate) tangent: Mat6,
     right_hand: Vec6,
+    /// force and moment about O less those wanted, world axes
+    misfit: Vec6,
     saved: Saved,
     floor_n: f64,
     floor_m: f64,
     rho: Vec<f64>,
     pub(crate) work: Work,
-    /// Rates at the end of the last solved tick: of the pose, its second rate, of the slips.
+    /// First and second rates at the end of the last solved tick: of the pose, of the slips of its sliding points.
     rate: Option<(Vec6, Vec6)>,
-    slip_rates: Vec<Vector2<f64>>,
+    slip_rates: Vec<[Vector2<f64>; 2]>,
     /// Free points far from the ground are not looked at; see [`SCREEN`].
     pub(crate) screening: bool,
 }
@@ -199,6 +206,7 @@ impl Equilibrium {
             changes: Vec::with_capacity(n),
             tangent: Mat6::zeros(),
             right_hand: Vec6::zeros(),
+            misfit: Vec6::zeros(),
             saved: Saved {
                 pose: Transform::identity(),
                 states: vec![NodeState::Free; n],
@@ -209,7 +217,7 @@ impl Equilibrium {
             rho: rho.collect(),
             work: Work::default(),
             rate: None,
-            slip_rates: vec![Vector2::zeros(); n],
+            slip_rates: vec![[Vector2::zeros(); 2]; n],
             screening: true,
             model,
         }

@@ -1,7 +1,8 @@
 //! The iteration, the rates of the pose, and what is looked at when it is over.
 
 use super::{
-    CAUTIOUS_AFTER, End, Equilibrium, Limits, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts, scaled_solve, stack,
+    CAUTIOUS_AFTER, End, Equilibrium, Limits, SAME_FACTORS, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts,
+    scaled_solve, stack,
 };
 use crate::NodeState;
 use friction::dense::{add_one, add_three, lu_solve};
@@ -14,10 +15,20 @@ impl Equilibrium {
     pub(crate) fn newton(&mut self, target: &Target, limits: &Limits, mut settled: bool) -> End {
         let tolerance = limits.tolerance.max(self.floor_n / target.force[0].norm());
         self.evaluate();
+        // Residual of the step before, as long as its factors are those of the present states.
+        let mut before = None;
         for iteration in 0..=limits.iterations {
-            let residual = self.assemble(target, false);
+            let residual = self.residual(target);
             self.work.residual = residual;
-            if settled && residual <= tolerance {
+            let converged = settled && residual <= tolerance;
+            let near = |before: f64| residual * (residual / before).powi(SAME_FACTORS) <= tolerance;
+            if !converged && before.is_some_and(near) {
+                self.reduce_with_old_factors();
+            } else if !self.assemble(false) {
+                break;
+            }
+            before = Some(residual);
+            if converged {
                 return if self.tangent.determinant() > 0.0 { End::Converged } else { End::Unstable };
             }
             if iteration == limits.iterations || !residual.is_finite() {
@@ -46,6 +57,7 @@ impl Equilibrium {
             settled = !self.update_states(iteration >= CAUTIOUS_AFTER);
             if !settled {
                 self.evaluate();
+                before = None;
             }
         }
         End::Stopped
@@ -55,7 +67,8 @@ impl Equilibrium {
     /// converged [`Equilibrium::newton`]; leaves the frozen tangent in place.
     pub(crate) fn rates(&mut self, target: &Target) -> Option<(Vec6, Vec6)> {
         if self.first.is_some() {
-            self.assemble(target, true);
+            self.residual(target);
+            self.assemble(true);
         }
         let (m, ld) = (3 * self.stiffness.len(), self.stiffness.ld());
         let r = self.pose.rotation;
@@ -126,9 +139,12 @@ impl Equilibrium {
             }
         }
         let acceleration = scaled_solve(&self.tangent, &right)?;
-        self.slip_rates.fill(Vector2::zeros());
         for i in 0..s {
-            self.slip_rates[self.sliding[i]] = slip_rate(&self.js, i);
+            let second = -Vector2::from_fn(|t, _| {
+                let row = 2 * i + t;
+                self.js[6 * rows_s + row] + (0..6).map(|l| self.js[l * rows_s + row] * acceleration[l]).sum::<f64>()
+            });
+            self.slip_rates[self.sliding[i]] = [slip_rate(&self.js, i), second];
         }
         self.rate = Some((x, acceleration));
         Some((x, acceleration))
@@ -183,7 +199,8 @@ impl Equilibrium {
         self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
         for point in 0..self.states.len() {
             if self.states[point] == NodeState::Slip {
-                self.slips[point] = dt_s * self.slip_rates[point];
+                let [rate, second] = self.slip_rates[point];
+                self.slips[point] = dt_s * rate + 0.5 * dt_s * dt_s * second;
             }
         }
         // Points that lift or slide on the way do so before the first factorisation, not after it.

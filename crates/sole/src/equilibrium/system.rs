@@ -1,14 +1,14 @@
 //! The linear system of one Newton step: sliding unknowns eliminated first, then six equations for the pose.
 
-use super::{Equilibrium, MOMENT_ARM_M, SlidingLaw, Target, block, flat, parts, stack};
+use super::{Equilibrium, SlidingLaw, block, flat};
 use friction::dense::{add_three, lu_factor, upper_solve};
 use nalgebra::Vector2;
 use spatial::{Mat3, Mat6, Vec3, Vec6, so3};
 
 impl Equilibrium {
-    /// Residual and Jacobian at the present point. With `frozen` the references do not follow the pose at the first tick.
-    /// Returns the scaled residual; leaves the reduced tangent, its right-hand side and the slip solves in place.
-    pub(super) fn assemble(&mut self, target: &Target, frozen: bool) -> f64 {
+    /// Jacobian at the present point, whose residual is already there. With `frozen` the references do not follow the pose at the
+    /// first tick. Leaves the reduced tangent, its right-hand side and the slip solves in place; `false`: singular.
+    pub(super) fn assemble(&mut self, frozen: bool) -> bool {
         let (m, ld, s) = (3 * self.stiffness.len(), self.stiffness.ld(), self.sliding.len());
         let r = self.pose.rotation;
         let (count, q) = self.families();
@@ -75,16 +75,15 @@ impl Equilibrium {
                 }
             }
         }
-        // Resultants and their rates about the fixed point O.
+        // Rates of the resultants about the fixed point O.
         let o = self.pose.translation;
-        let (mut force, mut moment, mut geometric) = (Vec3::zeros(), Vec3::zeros(), Mat3::zeros());
+        let (mut force, mut geometric) = (Vec3::zeros(), Mat3::zeros());
         let mut weighted = [Vec3::zeros(); 3];
         let (mut sum_a, mut sum_xa) = ([Vec3::zeros(); 6], [Vec3::zeros(); 6]);
         for slot in 0..self.stiffness.len() {
             let arm = self.world[slot] - o;
             let f = r * block(&self.f, slot);
             force += f;
-            moment += arm.cross(&f);
             // arm x (w x f) = (w (arm.f) - f (arm.w))
             geometric += arm.dot(&f) * Mat3::identity() - f * arm.transpose();
             let local = r.tr_mul(&arm);
@@ -119,11 +118,6 @@ impl Equilibrium {
             }
         }
         j.fixed_view_mut::<3, 3>(3, 3).copy_from(&turning);
-        let wanted = target.wrench(&o)[0];
-        let residual = stack(&force, &moment) - wanted;
-        let load = target.force[0].norm();
-        let about_zmp = parts(&residual).1 - (target.point(0) - o).cross(&parts(&residual).0);
-        let mut scaled = (parts(&residual).0.amax() / load).max(about_zmp.amax() / (MOMENT_ARM_M * load));
         // Sliding points: eliminated.
         let rows_s = 2 * self.states.len();
         for i in 0..s {
@@ -131,10 +125,6 @@ impl Equilibrium {
             let slot = self.stiffness.slot(point).expect("sliding points touch");
             let f = r * block(&self.f, slot);
             let law = self.law(point, &f);
-            scaled = scaled.max(law.residual.amax() / load);
-            let (g0, g1) = (law.residual.x, law.residual.y);
-            self.js[6 * rows_s + 2 * i] = g0;
-            self.js[6 * rows_s + 2 * i + 1] = g1;
             for l in 0..6 {
                 let mut a = block(&self.a[l * ld..], slot);
                 // Transposed use: the wrench rate by this slip is -(K B)' R' e_t.
@@ -184,14 +174,14 @@ impl Equilibrium {
                 target[2 * k + 1] += self.own_rates[k][t].y;
             }
         }
-        let mut right = residual;
+        let mut right = self.misfit;
         if s > 0 {
             // The seven right-hand sides ride along behind the matrix.
             self.jss[2 * s * rows_s..(2 * s + 7) * rows_s].copy_from_slice(&self.js[..7 * rows_s]);
             let ratio = lu_factor(&mut self.jss, rows_s, 2 * s, 7, &mut self.pivots);
             if ratio < f64::EPSILON {
                 self.tangent = Mat6::zeros();
-                return f64::INFINITY;
+                return false;
             }
             self.js[..7 * rows_s].copy_from_slice(&self.jss[2 * s * rows_s..(2 * s + 7) * rows_s]);
             upper_solve(&self.jss, rows_s, 2 * s, &mut self.js, 7);
@@ -207,7 +197,7 @@ impl Equilibrium {
         }
         self.tangent = j;
         self.right_hand = right;
-        scaled
+        true
     }
 
     pub(super) fn law(&self, point: usize, force: &Vec3) -> SlidingLaw {
