@@ -12,7 +12,7 @@ use thiserror::Error;
 
 const MAGIC: &[u8; 8] = b"SOLEUS\0c";
 /// Increased whenever the layout or the numerics behind it change.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Why bytes are not the sole that was asked for.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -112,7 +112,7 @@ impl SoleModel {
     #[must_use]
     pub fn to_bytes(&self, key: u64) -> Vec<u8> {
         let n = self.contact_points().len();
-        let mut out = Vec::with_capacity(64 + 8 * (7 * n + 3 * n * (3 * n + 1) / 2));
+        let mut out = Vec::with_capacity(72 + 8 * (7 * n + 3 * n * (3 * n + 1) / 2));
         out.extend_from_slice(MAGIC);
         out.extend_from_slice(&VERSION.to_le_bytes());
         out.extend_from_slice(&key.to_le_bytes());
@@ -122,6 +122,7 @@ impl SoleModel {
         }
         let mut number = |x: f64| out.extend_from_slice(&x.to_le_bytes());
         number(s.worst_quality);
+        number(s.thickness_m);
         let ankle = self.ankle_in_sole_m();
         for p in std::iter::once(&ankle).chain(self.contact_points()) {
             p.iter().for_each(|x| number(*x));
@@ -171,7 +172,7 @@ impl SoleModel {
             return Err(damaged);
         }
         let mut number = || reader.take::<8>().map(f64::from_le_bytes).ok_or(damaged.clone());
-        let worst_quality = number()?;
+        let (worst_quality, thickness_m) = (number()?, number()?);
         let mut point = || -> Result<Vec3, CacheError> { Ok(Vec3::new(number()?, number()?, number()?)) };
         let ankle = point()?;
         let points = (0..n).map(|_| point()).collect::<Result<Vec<_>, _>>()?;
@@ -184,7 +185,7 @@ impl SoleModel {
                 compliance[(column, row)] = value;
             }
         }
-        let statistics = Statistics { nodes, tetrahedra, degrees_of_freedom, worst_quality };
+        let statistics = Statistics { nodes, tetrahedra, degrees_of_freedom, worst_quality, thickness_m };
         Ok(Self::from_parts(points, compliance, friction, ankle)?.with_statistics(statistics))
     }
 

@@ -60,6 +60,8 @@ pub struct Statistics {
     pub degrees_of_freedom: usize,
     /// Worst shape quality, see [`Mesh::quality`]; 0 when there is no mesh.
     pub worst_quality: f64,
+    /// Height of the mesh (m); 0 when there is none.
+    pub thickness_m: f64,
 }
 
 /// What a sole is made of; parsed elsewhere.
@@ -126,6 +128,7 @@ impl SoleModel {
             tetrahedra: mesh.tetrahedra.len(),
             degrees_of_freedom: 0,
             worst_quality: (0..mesh.tetrahedra.len()).map(|t| mesh.quality(t)).fold(f64::INFINITY, f64::min),
+            thickness_m: (mesh.bounds().1 - mesh.bounds().0).z,
         };
         let condensed = |body: &ElasticBody, nodes: &[Vec3], weights: &[Vec<(usize, f64)>]| {
             let points = weights.iter().map(|patch| patch.iter().map(|(node, weight)| *weight * nodes[*node]).sum());

@@ -32,7 +32,7 @@ OUTPUT: "sole": {"nodes", "tetrahedra", "degrees_of_freedom", "contact_points", 
      "node_positions", "node_forces", "node_states"    world; "free", "stick", "slip"
      "tangent"   6 x 6: wrench about the sole's origin per translation and rotation vector, world axes, at frozen node states
      "residual", "law_violation_n", "iterations", "time_us"
-     "status"    "converged", "doubtful-tilt", "indeterminate", "no-load", "outside-friction-cone", "zmp-outside-sole", "fold", "not-converged",
+     "status"    "converged", "doubtful-tilt", "doubtful-compression", "indeterminate", "no-load", "outside-friction-cone", "zmp-outside-sole", "fold", "not-converged",
                  "invalid-input", "in-air", "solved", "no-contact"; "detail" says it in words. A tick that is not solved repeats the last pose.
   Exit code 0 only when every tick was solved."#;
 
@@ -208,8 +208,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     } else {
         force_driven(arguments, &input, &model, tolerance)?
     };
-    let solved =
-        |tick: &TickOutput| matches!(tick.status, "converged" | "doubtful-tilt" | "solved" | "no-contact" | "in-air");
+    let solved = |tick: &TickOutput| {
+        matches!(
+            tick.status,
+            "converged" | "doubtful-tilt" | "doubtful-compression" | "solved" | "no-contact" | "in-air"
+        )
+    };
     let outcome = if ticks.iter().all(solved) { Outcome::Solved } else { Outcome::NotSolved };
     if let (Some(target), Some(last)) = (&arguments.vtk, ticks.last()) {
         write_vtk(target, &model, &settings.material, last)?;
@@ -368,6 +372,7 @@ fn stance(report: &StanceReport, time_us: f64) -> TickOutput {
         Status::InAir => "in-air",
         Status::Converged => "converged",
         Status::DoubtfulTilt { .. } => "doubtful-tilt",
+        Status::DoubtfulCompression { .. } => "doubtful-compression",
         Status::Indeterminate => "indeterminate",
         Status::NoLoad { .. } => "no-load",
         Status::OutsideFrictionCone { .. } => "outside-friction-cone",

@@ -387,6 +387,18 @@ impl Equilibrium {
         so3::log(&(self.pose.rotation * self.saved.pose.rotation.transpose())).norm()
     }
 
+    /// Mean depth of the undeformed places of the points in contact under the ground, over the thickness; see
+    /// [`crate::StanceReport::compression`].
+    pub(crate) fn compression(&self) -> f64 {
+        let thickness = self.model.statistics().thickness_m;
+        let points = self.stiffness.points();
+        if thickness <= 0.0 || points.is_empty() {
+            return 0.0;
+        }
+        let depth: f64 = points.iter().map(|p| -self.pose.point(&self.model.contact_points()[*p]).z).sum();
+        depth / (points.len() as f64 * thickness)
+    }
+
     /// Total wrench about the sole's origin, world axes.
     pub(crate) fn wrench(&self) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
