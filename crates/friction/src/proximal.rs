@@ -45,7 +45,7 @@ pub fn proximal(problem: &ContactProblem, workspace: &mut Workspace, settings: &
         let mut sweeps = 0;
         while sweeps < INNER_SWEEPS {
             sweeps += 1;
-            let (change, size) = sweep(&inner, workspace);
+            let (change, size) = sweep(&inner, workspace, 1.0);
             if change <= INNER_ACCURACY * residual.max(settings.tolerance) * size {
                 break;
             }

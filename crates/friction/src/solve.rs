@@ -119,35 +119,38 @@ impl Workspace {
     }
 }
 
-/// Gauss-Seidel for the contact states, Newton for the digits, the proximal method when both stall. Starts from the workspace.
+/// Gauss-Seidel for the contact states, Newton for the digits, in turns; the proximal method when both stall. Starts from the
+/// workspace.
 pub fn solve(problem: &ContactProblem, workspace: &mut Workspace, settings: &Settings) -> Report {
-    /// Sweeps that find the states of an elastic body; what they miss is not worth more before Newton has tried.
-    const SWEEPS: usize = 60;
-    let first = Settings { sweeps_max: settings.sweeps_max.min(SWEEPS), ..*settings };
-    let mut report = gauss_seidel(problem, workspace, &first);
-    let mut iterations = report.iterations;
-    if report.status == Status::Solved {
-        return report;
+    /// Sweeps before each try of Newton, the last time `sweeps_max`. The first number finds the states of an elastic body. Where
+    /// Newton then runs in circles, as at friction 2 on a thick nearly incompressible sole, other starts do.
+    const SWEEPS: [usize; 4] = [60, 20, 100, usize::MAX];
+    let mut iterations = 0;
+    let mut best: Option<Report> = None;
+    for sweeps in SWEEPS {
+        let turn = Settings { sweeps_max: settings.sweeps_max.min(sweeps), ..*settings };
+        let swept = gauss_seidel(problem, workspace, &turn);
+        iterations += swept.iterations;
+        if swept.status == Status::Solved {
+            return Report { iterations, ..swept };
+        }
+        let start = workspace.force.clone();
+        let polished = newton(problem, workspace, settings);
+        iterations += polished.iterations;
+        if polished.status == Status::Solved {
+            return Report { iterations, ..polished };
+        }
+        workspace.force.copy_from_slice(&start);
+        best = Some(swept);
     }
-    let start = workspace.force.clone();
-    let polished = newton(problem, workspace, settings);
-    iterations += polished.iterations;
-    if polished.status == Status::Solved {
-        return Report { iterations, ..polished };
-    }
-    workspace.force.copy_from_slice(&start);
-    report = gauss_seidel(problem, workspace, settings);
-    iterations += report.iterations;
-    if report.status == Status::Solved {
-        return Report { iterations, ..report };
-    }
-    let best = report.residual.relative;
     let before = workspace.force.clone();
     let last = proximal(problem, workspace, settings);
     iterations += last.iterations;
-    if last.residual.relative <= best {
-        return Report { iterations, ..last };
+    match best {
+        Some(swept) if swept.residual.relative < last.residual.relative => {
+            workspace.force.copy_from_slice(&before);
+            Report { iterations, ..swept }
+        }
+        _ => Report { iterations, ..last },
     }
-    workspace.force.copy_from_slice(&before);
-    Report { iterations, ..report }
 }
