@@ -47,6 +47,32 @@ pub enum NotWalkable {
         /// By how much.
         by_m: f64,
     },
+    /// A sole cannot carry its load.
+    #[error(
+        "at {time_s:.3} s the {foot} sole {why}: raise gait.limits.zmp_margin_m, lower the accelerations (gait.cost.lambda) or take a stiffer sole"
+    )]
+    Sole {
+        /// Walk time.
+        time_s: f64,
+        /// Which foot.
+        foot: &'static str,
+        /// What it says.
+        why: String,
+    },
+    /// A sole would tilt too much.
+    #[error(
+        "at {time_s:.3} s the {foot} sole tilts by {tilt_deg:.1} degrees, more than {max_deg}: raise gait.limits.zmp_margin_m, lower gait.cost.lambda, take a stiffer sole or raise sole_tilt_max_deg"
+    )]
+    SoleTilt {
+        /// Walk time.
+        time_s: f64,
+        /// Which foot.
+        foot: &'static str,
+        /// Its largest tilt.
+        tilt_deg: f64,
+        /// Largest one allowed.
+        max_deg: f64,
+    },
     /// A leg is too short.
     #[error(
         "at {time_s:.3} s the {leg} leg is {by_m:.4} m too short: lower gait.body.com_height_m or shorten the steps"
@@ -75,7 +101,7 @@ pub enum NotWalkable {
     },
 }
 
-fn word(side: Side) -> &'static str {
+pub(crate) fn word(side: Side) -> &'static str {
     match side {
         Side::Left => "left",
         Side::Right => "right",
@@ -155,6 +181,37 @@ mod tests {
     fn a_body_that_is_too_low_is_refused_with_the_joint() {
         let refused = plan(&["gait.body.com_height_m=0.45"]).expect_err("no ankle bends that far");
         assert!(matches!(refused, PlannerError::NotWalkable(NotWalkable::Joint { .. })), "{refused}");
+    }
+
+    #[test]
+    fn the_soles_of_the_walk_that_ships_carry_it() {
+        let soles = plan(&[]).expect("it can be walked").soles.expect("soles are asked");
+        let pattern = plan(&["sole.level=rigid"]).expect("it can be walked");
+        assert_eq!(pattern.soles, None);
+        // Both feet, loaded at least while the other swings.
+        let swings: f64 = 11.0 * 0.8 / messages::CONTROL_PERIOD_S;
+        assert!(soles.ticks as f64 > swings, "{soles:?}");
+        assert!((0.5..5.0).contains(&soles.tilt_rad.to_degrees()), "{soles:?}");
+    }
+
+    /// Along the edge of a soft sole: lambda 1 keeps the ZMP at the inner margin.
+    const EDGE: [&str; 3] = ["gait.cost.lambda=1.0", "gait.limits.zmp_margin_m=0.002", "sole.young_modulus_factor=0.2"];
+
+    #[test]
+    fn a_zmp_that_no_pose_of_the_sole_carries_is_refused_with_time_and_foot() {
+        let [lambda, margin, soft] = EDGE;
+        let refused = plan(&[lambda, margin, soft, "sole_tilt_max_deg=90.0"]).err().map(|refused| refused.to_string());
+        let words = refused.expect("2 mm from the edge a sole five times as soft folds as the other foot lifts off");
+        assert!(words.contains("the left sole folds over"), "{words}");
+    }
+
+    #[test]
+    fn a_tilt_at_which_the_soles_elasticity_is_doubtful_is_refused_with_its_degrees() {
+        let [lambda, margin, _] = EDGE;
+        let Err(PlannerError::NotWalkable(refused)) = plan(&[lambda, margin]) else { panic!("not refused") };
+        let NotWalkable::SoleTilt { tilt_deg, max_deg, .. } = refused else { panic!("{refused}") };
+        assert_eq!(max_deg, 5.0);
+        assert!((20.0..40.0).contains(&tilt_deg), "{tilt_deg}");
     }
 
     #[test]

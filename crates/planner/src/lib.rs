@@ -1,15 +1,18 @@
 //! Plans the walk and publishes the pattern (the paper's section 3, as a process).
 //!
 //! The configuration says where the feet go, how long the phases last and what is minimised; [`gait`] solves the quadratic
-//! program. The finished pattern is measured once more on a 1 ms grid and refused if the soles cannot carry it (friction, ZMP) or the
-//! legs cannot follow (reach, joint limits), with time, foot and amount. Planned once, before anything moves; the process
-//! stays to serve those who come later.
+//! program. The finished pattern is measured once more on a 1 ms grid and refused if friction or ZMP are beyond the soles or the
+//! legs cannot follow (reach, joint limits); then the estimator's equilibrium is solved for every tick of every stance, and the pattern
+//! refused if a sole cannot carry it or would tilt too much. With time, foot and amount. Planned once, before anything moves; the process stays to
+//! serve those who come later.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
+mod carry;
 mod check;
 mod reach;
 mod settings;
 
+pub use carry::SoleCheck;
 pub use check::NotWalkable;
 pub use reach::{LegsError, RobotLegs};
 pub use settings::{PlannerError, PlannerSettings};
@@ -25,6 +28,8 @@ pub struct PlannerOutput {
     pub plan: Plan,
     /// What the check on the fine grid found.
     pub check: CheckReport,
+    /// What the soles said; `None` if none were asked.
+    pub soles: Option<SoleCheck>,
     /// What the phases have in common.
     pub header: PatternHeader,
     /// The phases.
@@ -40,6 +45,9 @@ pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
     settings.check(&robot)?;
     let plan = gait::plan(&settings.gait)?;
     let check = check::check(&plan, &settings.gait, &robot)?;
+    let models = soles::build(&robot, &settings.sole)?;
+    let carry = |models| carry::carry(&plan.pattern, models, settings.sole_tilt_max_deg);
+    let soles = models.map(carry).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
-    Ok(PlannerOutput { plan, check, header, phases })
+    Ok(PlannerOutput { plan, check, soles, header, phases })
 }

@@ -13,7 +13,12 @@ impl Program for Plan {
     type Settings = PlannerSettings;
 
     fn build(settings: PlannerSettings) -> Result<Self, Failure> {
-        planner::plan(&settings).map(Self).map_err(Failure::unusable)
+        let planned = planner::plan(&settings).map_err(Failure::unusable)?;
+        if let Some(soles) = &planned.soles {
+            let degrees = soles.tilt_rad.to_degrees();
+            tracing::info!("the soles carry the walk; largest tilt {degrees:.1} degrees at {:.2} s", soles.time_s);
+        }
+        Ok(Self(planned))
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {

@@ -3,6 +3,7 @@
 use gait::{GaitError, GaitSettings};
 use robot::{Robot, RobotError};
 use serde::Deserialize;
+use soles::SoleChoice;
 use std::path::PathBuf;
 
 /// `config/planner.toml`.
@@ -13,6 +14,16 @@ pub struct PlannerSettings {
     pub robot: PathBuf,
     /// The walk.
     pub gait: GaitSettings,
+    /// Largest angle between a sole and the ground: from 5 degrees on linear elasticity is doubtful ([`sole::Status::DoubtfulTilt`]).
+    #[serde(default = "sole_tilt_max_deg")]
+    pub sole_tilt_max_deg: f64,
+    /// The soles that must carry it: what replaces the robot's `sole.toml`; level `rigid` asks none.
+    #[serde(default)]
+    pub sole: SoleChoice,
+}
+
+fn sole_tilt_max_deg() -> f64 {
+    5.0
 }
 
 /// Why there is no walk.
@@ -38,6 +49,12 @@ pub enum PlannerError {
     /// The walk cannot be planned.
     #[error("gait: {0}")]
     Gait(#[from] GaitError),
+    /// A limit that is none.
+    #[error("sole_tilt_max_deg = {0}: expected 0 to 90 degrees")]
+    SoleTiltMax(f64),
+    /// The soles cannot be built.
+    #[error(transparent)]
+    Soles(#[from] soles::SolesError),
     /// The walk was planned, but cannot be walked.
     #[error("the walk cannot be walked: {0}")]
     NotWalkable(#[from] crate::NotWalkable),
@@ -52,6 +69,9 @@ const SAME_LENGTH_M: f64 = 1e-6;
 impl PlannerSettings {
     /// Does the gait's foot agree with the robot's?
     pub(crate) fn check(&self, robot: &Robot) -> Result<(), PlannerError> {
+        if !(0.0..=90.0).contains(&self.sole_tilt_max_deg) {
+            return Err(PlannerError::SoleTiltMax(self.sole_tilt_max_deg));
+        }
         let file = robot.folder.join("sole.toml");
         let ankle = robot.sole.foot.ankle_in_sole_m;
         let gait = &self.gait;
