@@ -24,8 +24,13 @@ fn tight() -> EstimatorSettings {
 }
 
 fn laws_hold(model: &SoleModel, report: &StanceReport, load: f64) {
-    assert!(report.residual < 1e-8, "residual {}", report.residual);
-    assert!(report.law_violation_n < 1e-7 * load, "laws off by {} N of {load}", report.law_violation_n);
+    // The default tolerance bounds both, down to rounding: 40 units of the last place of the coordinates times the stiffest point,
+    // which a sole as hard as an aluminium plate shows.
+    let reach = model.contact_points().iter().map(|p| p.norm()).fold(0.0, f64::max);
+    let rounding_n = 40.0 * f64::EPSILON * reach / model.compliance().diagonal().min();
+    let promised_n = (1e-9 * load).max(rounding_n);
+    assert!(report.residual * load <= promised_n, "residual {}", report.residual);
+    assert!(report.law_violation_n <= promised_n, "laws off by {} N of {load}", report.law_violation_n);
     for (i, (f, p)) in report.node_forces.iter().zip(&report.node_positions).enumerate() {
         assert!(f.z >= -1e-9 * load, "the ground pulls point {i}");
         assert!(p.z >= -1e-10, "point {i} is under the ground by {}", -p.z);
@@ -237,12 +242,31 @@ fn the_fold_is_reported_with_its_limit_and_survived() {
 }
 
 #[test]
-fn doubtful_tilts_are_said() {
-    let mut estimator = StanceEstimator::new(sole([10, 5, 5], 0.03, Level::Fem), EstimatorSettings::default());
-    estimator.touch_down(Foothold::default());
-    let load = StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.0, 0.058));
-    let status = estimator.step(&load).status;
-    assert!(matches!(status, Status::DoubtfulTilt { tilt_rad } if tilt_rad > 0.087 && tilt_rad < 0.35), "{status:?}");
+fn doubtful_tilts_are_said_from_five_degrees_on() {
+    let mut landed = StanceEstimator::new(sole([10, 5, 5], 0.03, Level::Fem), EstimatorSettings::default());
+    landed.touch_down(Foothold::default());
+    let at = |y_m: f64| {
+        let mut estimator = landed.clone();
+        let load = StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.0, y_m));
+        let report = estimator.step(&load);
+        assert_eq!(report.status, honest(report), "{y_m}");
+        (report.status, report.sole_pose.rotation[(2, 2)].acos())
+    };
+    // Between these the compression is below its own limit, so that the tilt alone speaks.
+    let (mut inside, mut outside) = (0.050, 0.054);
+    assert_eq!(at(inside).0, Status::Converged);
+    assert!(matches!(at(outside).0, Status::DoubtfulTilt { .. }));
+    for _ in 0..30 {
+        let middle = 0.5 * (inside + outside);
+        if matches!(at(middle).0, Status::DoubtfulTilt { .. }) {
+            outside = middle;
+        } else {
+            inside = middle;
+        }
+    }
+    // Facts: 2.5 degrees at 0.042 on another mesh; 4.6 at 0.052 and 5.07 at 0.053 on this one.
+    assert!((inside - 0.053).abs() < 5e-4, "{inside}");
+    assert!((at(inside).1 - 5.0_f64.to_radians()).abs() < 1e-6, "{}", at(inside).1);
 }
 
 /// Friction from none to rubber on dry concrete.
@@ -393,16 +417,43 @@ fn foam_pressed_beyond_its_thickness_folds_with_the_reason_and_stands_again() {
 }
 
 #[test]
-fn a_mesh_of_24000_elements_condenses_to_patches_that_walk() {
-    let model = sole([32, 18, 7], 0.021, Level::Patches { cells: [6, 5] });
-    assert_eq!(model.statistics().tetrahedra, 24192);
-    let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
-    estimator.touch_down(Foothold::default());
-    for tick in 0..TICKS {
-        let reference = walking_stance::reference(tick, false);
-        let report = estimator.step(&reference).clone();
-        assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
-        laws_hold(&model, &report, reference.force.norm());
+fn a_mesh_of_24000_elements_walks_with_all_its_627_contacts() {
+    // Ankle positions of a whole stance.
+    let walk = |cells, level, contacts: usize| {
+        let model = sole(cells, 0.021, level);
+        assert_eq!(model.contact_points().len(), contacts);
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        let ankle = |tick: usize| {
+            let reference = walking_stance::reference(tick, false);
+            let report = estimator.step(&reference).clone();
+            assert_eq!(report.status, Status::Converged, "{cells:?} {level:?}, tick {tick}");
+            laws_hold(&model, &report, reference.force.norm());
+            report.ankle_pose.translation
+        };
+        (model.statistics().tetrahedra, (0..TICKS).map(ankle).collect::<Vec<Vec3>>())
+    };
+    let apart_mm = |a: &[Vec3], b: &[Vec3]| {
+        let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b).norm_squared()).sum();
+        1e3 * (squares / a.len() as f64).sqrt()
+    };
+    let (tetrahedra, finest) = walk([32, 18, 7], Level::Fem, 33 * 19);
+    assert_eq!(tetrahedra, 24192);
+    // 42 patches of the same mesh stand for its 627 contacts within 0.02 mm of 3.8 mm (rms), an eighth of what 1512 elements miss
+    // on 104 contacts against a sole without the stiffness of linear elements.
+    let (_, patches) = walk([32, 18, 7], Level::Patches { cells: [6, 5] }, 42);
+    assert!(apart_mm(&patches, &finest) < 0.02, "patches {} mm", apart_mm(&patches, &finest));
+    // That stiffness falls with the size of the elements: first order, because of the edges of clamping and contact.
+    let (_, truth) = walk([12, 7, 3], Level::QuadraticFem, 13 * 8);
+    let (_, coarse) = walk([12, 7, 3], Level::Fem, 13 * 8);
+    let (_, fine) = walk([23, 13, 6], Level::Fem, 24 * 14);
+    let [coarse, fine, finest] = [coarse, fine, finest].map(|ankles| apart_mm(&ankles, &truth));
+    assert!(coarse < 0.12 && fine < 0.05 && finest < 0.03, "{coarse} {fine} {finest} mm");
+    for (of, order) in [
+        ("1512 to 10764", (coarse / fine).ln() / (23.0_f64 / 12.0).ln()),
+        ("to 24192", (fine / finest).ln() / (32.0_f64 / 23.0).ln()),
+    ] {
+        assert!((0.9..1.6).contains(&order), "order {order} from {of} elements");
     }
 }
 
@@ -429,10 +480,31 @@ fn every_level_walks() {
 
 #[test]
 fn a_hundred_thousand_ticks_do_not_drift() {
+    // K_c is updated some hundred thousand times. What the estimator promises: laws, checked from the compliance, off by no more
+    // than its tolerance (anything more is repaired in the tick), but not less than 1e-11 of the load. Seen: the tolerance met to
+    // all but the last digits at 1e-9, where the iteration stops as soon as it may, and 1.4e-12 at 1e-12, in the first ten
+    // thousand ticks as in the last.
+    let [coarse, fine] = [1e-9, 1e-12].map(hundred_thousand_ticks);
+    assert!(coarse.worst[0].max(coarse.worst[1]) <= 1e-9, "{:?}", coarse.worst);
+    assert!(fine.worst[0].max(fine.worst[1]) <= 1e-11, "{:?}", fine.worst);
+    assert!(fine.worst[1] < 1.5 * fine.worst[0], "rounding has piled up: {:?}", fine.worst);
+    // The foot has crept by centimetres; a tolerance of 1e-9 changes that by nanometres.
+    let (a, b) = (coarse.end, fine.end);
+    assert!((0.01..0.05).contains(&b.norm()) && (a - b).norm() < 1e-8, "{a} {b}");
+}
+
+struct Endurance {
+    /// Largest violation of the laws over the load, in the first and the last tenth.
+    worst: [f64; 2],
+    end: Vec3,
+}
+
+fn hundred_thousand_ticks(tolerance: f64) -> Endurance {
     let model = sole([4, 3, 1], 0.021, Level::Fem);
-    let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+    let settings = EstimatorSettings { tolerance, ..EstimatorSettings::default() };
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), settings);
     estimator.touch_down(Foothold::default());
-    let mut worst = 0.0_f64;
+    let mut worst = [0.0_f64; 10];
     for tick in 0..100_000_u32 {
         let t = f64::from(tick) * 0.005;
         // The foot creeps under such a load, by metres in the end: the ZMP stays under it.
@@ -441,10 +513,12 @@ fn a_hundred_thousand_ticks_do_not_drift() {
         let force = Vec3::new(60.0 * (1.7 * t).sin(), 40.0 * (0.9 * t).cos(), 350.0 + 100.0 * (3.1 * t).sin());
         let report = estimator.step(&StanceReference::constant(force, zmp));
         assert!(report.status.is_solved(), "tick {tick}: {:?}", report.status);
-        worst = worst.max(report.law_violation_n / force.norm());
+        let tenth = &mut worst[(tick / 10_000) as usize];
+        *tenth = tenth.max(report.law_violation_n / force.norm());
     }
-    // Ten times the tolerance of the iteration.
-    assert!(worst < 1e-8, "the contact laws are off by {worst} of the load");
+    let most = worst.iter().copied().fold(0.0, f64::max);
+    assert!(most <= 1e-11_f64.max(tolerance), "the contact laws are off by {most} of the load");
+    Endurance { worst: [worst[0], worst[9]], end: estimator.report().sole_pose.translation }
 }
 
 #[test]
