@@ -144,7 +144,17 @@ pub enum ModelError {
     /// A floating robot needs mass somewhere.
     #[error("no link of the robot has mass, so nothing determines how its floating base moves")]
     NoMass,
-    /// A joint that was asked for, locked or mimicked does not exist.
+    /// A joint mimics one that does not exist. Remedy: correct the name, or remove the `<mimic>`.
+    #[error("joint `{joint}` mimics joint `{leader}`, which does not exist{}", suggestion(.nearest))]
+    UnknownLeader {
+        /// The joint.
+        joint: String,
+        /// The joint it names.
+        leader: String,
+        /// The most similar existing joint.
+        nearest: Option<String>,
+    },
+    /// A joint that was asked for or locked does not exist.
     #[error("there is no joint `{name}`{}", suggestion(.nearest))]
     UnknownJoint {
         /// The name asked for.

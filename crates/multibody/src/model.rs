@@ -38,7 +38,9 @@ pub enum InertiaCheck {
 pub struct ModelOptions {
     /// What the root link is attached to.
     pub base: Base,
-    /// Joints that this scene does not move, with the position (rad, m) at which they are merged into their parents.
+    /// Joints that this scene does not move, with the position (rad, m) at which they are merged into their parents. A joint
+    /// that mimics a locked one is locked with it, at `multiplier * position + offset`, unless it is listed itself. All other
+    /// `<mimic>` joints move independently.
     pub locked_joints: Vec<(String, f64)>,
     /// Acceleration of free fall (m/s^2), world axes.
     pub gravity: Vec3,
@@ -156,7 +158,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// Reads a URDF. Joints are ordered depth first, children in the file's order.
+    /// Reads a URDF. Joints are ordered depth first, children in the file's order; a joint with `<mimic>` is one of them, as
+    /// free as the others.
     ///
     /// # Errors
     /// [`ModelError`] names the link or joint that is wrong.
@@ -425,15 +428,12 @@ impl Model {
 /// Where each locked joint is held. A joint that mimics a locked one is locked with it.
 fn locked_positions<'a>(tree: &'a Tree, locked: &[(String, f64)]) -> Result<HashMap<&'a str, f64>, ModelError> {
     let joints: HashMap<&str, &TreeJoint> = tree.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect();
-    let find = |name: &str| {
-        joints.get(name).copied().ok_or_else(|| ModelError::UnknownJoint {
-            name: name.to_owned(),
-            nearest: nearest(name, joints.keys().copied()),
-        })
-    };
+    let similar = |name: &str| nearest(name, joints.keys().copied());
     let mut positions = HashMap::new();
     for (name, position) in locked {
-        let joint = find(name)?;
+        let joint = joints
+            .get(name.as_str())
+            .ok_or_else(|| ModelError::UnknownJoint { name: name.clone(), nearest: similar(name) })?;
         if !position.is_finite() {
             return Err(ModelError::NotFinite { item: Item::Joint(name.clone()), field: "locked position" });
         }
@@ -444,7 +444,11 @@ fn locked_positions<'a>(tree: &'a Tree, locked: &[(String, f64)]) -> Result<Hash
         let mut steps = 0;
         while let Some(mimic) = &leader.mimic {
             (multiplier, offset) = (multiplier * mimic.multiplier, multiplier * mimic.offset + offset);
-            leader = find(&mimic.master)?;
+            leader = joints.get(mimic.master.as_str()).ok_or_else(|| ModelError::UnknownLeader {
+                joint: leader.name.clone(),
+                leader: mimic.master.clone(),
+                nearest: similar(&mimic.master),
+            })?;
             steps += 1;
             if steps > tree.joints.len() {
                 return Err(ModelError::MimicCycle { joint: joint.name.clone() });

@@ -149,7 +149,7 @@ fn a_mimic_is_independent_but_locked_with_its_leader() {
         [link("a", MASS), link("b", MASS), joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="j"/>"#))];
     assert_refused!(cycle, ModelError::MimicCycle { .. }, "joint `j`");
     let unknown = pair(joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="left_knee"/>"#)));
-    assert_refused!(unknown, ModelError::UnknownJoint { .. }, "left_knee");
+    assert_refused!(unknown, ModelError::UnknownLeader { .. }, "joint `j` mimics joint `left_knee`");
 }
 
 #[test]
