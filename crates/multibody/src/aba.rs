@@ -15,7 +15,8 @@ use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench};
 /// `out = M(q)^-1 (tau - h(q, v))`: the accelerations that generalised forces cause.
 ///
 /// Every movable joint must carry mass or have a rotor inertia ([`Model::massless_joint`] is `None`); where it does not,
-/// its acceleration is not defined.
+/// its acceleration is not defined. Where M is nearly singular digits are lost; [`aba_refined`](crate::aba_refined) tells
+/// how many.
 pub fn aba(
     model: &Model,
     ws: &mut Workspace,

@@ -4,6 +4,7 @@ use crate::aba::Articulated;
 use crate::rigid::{RigidInertia, unrotate};
 use crate::rnea::Newton;
 use crate::{FrameIndex, Model};
+use nalgebra::DVector;
 use spatial::{Transform, Twist, Vec3, Wrench};
 
 /// Motion of one body, world axes, about the origin O of the base.
@@ -38,6 +39,9 @@ pub struct Workspace {
     /// Composite inertia times joint axis.
     pub(crate) axis_force: Vec<Wrench>,
     pub(crate) articulated: Vec<Articulated>,
+    /// Generalised forces of the refinement, and the accelerations before it.
+    pub(crate) forces: DVector<f64>,
+    pub(crate) unrefined: DVector<f64>,
 }
 
 impl Workspace {
@@ -57,6 +61,8 @@ impl Workspace {
             inertia: vec![RigidInertia::default(); n],
             axis_force: vec![Wrench::zero(); n],
             articulated: vec![Articulated::default(); n],
+            forces: DVector::zeros(model.nv()),
+            unrefined: DVector::zeros(model.nv()),
         }
     }
 

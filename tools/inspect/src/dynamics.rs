@@ -3,8 +3,8 @@
 use crate::door::{self, Outcome};
 use anyhow::Context;
 use multibody::{
-    Base, Configuration, FrameIndex, InertiaCheck, Model, ModelOptions, WholeBodyTerms, Workspace, aba, gravity_forces,
-    rnea, whole_body_terms,
+    Base, Configuration, FrameIndex, InertiaCheck, Model, ModelOptions, WholeBodyTerms, Workspace, aba, aba_refined,
+    gravity_forces, rnea, whole_body_terms,
 };
 use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,9 @@ const HELP: &str = r#"INPUT, one JSON document on stdin (--example prints a comp
      "v": [...], "a": [...], "tau": [...]      length nv; default 0
   }]}
   v = base linear, base angular (both in the base frame), joint rates in the order that --joints prints; a is its time
-  derivative, tau the generalised force. With --fixed-base the six base entries are absent. <mimic> joints are independent.
+  derivative, tau the generalised force. With --fixed-base the six base entries are absent.
+  <mimic> joints are independent: each has its own entry in v and its own angle, multiplier and offset are not applied. Only
+  --lock uses them: a joint that mimics a locked one is locked with it.
 
 OUTPUT, one JSON document on stdout:
   "robot", "nv", "mass", "joints"; "states": one object per state:
@@ -29,6 +31,7 @@ OUTPUT, one JSON document on stdout:
      "gravity"    h(q, 0)
      "rnea"       M a + h(q, v)
      "aba"        M^-1 (tau - h(q, v)); null if a joint moves nothing (then "singular_joint" names it, exit code 1)
+     "aba_error"  estimate of its relative error: what one step of iterative refinement changes; absent with "aba" null
      "com", "Jcom", "com_drift"      centre of mass in the world, its Jacobian (3 x nv), its acceleration when a = 0
      "hg", "Ag", "hg_drift"          momentum about the centre of mass (world axes, linear first), its matrix (6 x nv), its rate
                                      when a = 0
@@ -114,6 +117,8 @@ struct Terms {
     rnea: Vec<f64>,
     aba: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    aba_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     singular_joint: Option<String>,
     com: [f64; 3],
     Jcom: Vec<Vec<f64>>,
@@ -192,13 +197,14 @@ impl<'a> Evaluator<'a> {
             None => Ok(DVector::zeros(model.nv())),
         };
         let (v, a, tau) = (read("v", &state.v)?, read("a", &state.a)?, read("tau", &state.tau)?);
-        let [mut held, mut forces, mut accelerations] = [(); 3].map(|()| DVector::zeros(model.nv()));
+        let [mut held, mut forces, mut accelerations, mut refined] = [(); 4].map(|()| DVector::zeros(model.nv()));
         gravity_forces(model, ws, &q, &mut held);
         rnea(model, ws, &q, &v, &a, &mut forces);
         let singular = model.massless_joint();
-        if singular.is_none() {
+        let aba_error = singular.is_none().then(|| {
             aba(model, ws, &q, &v, &tau, &mut accelerations);
-        }
+            aba_refined(model, ws, &q, &v, &tau, &mut refined)
+        });
         whole_body_terms(model, ws, &q, &v, &mut self.terms);
         let terms = &self.terms;
         Ok(Terms {
@@ -207,6 +213,7 @@ impl<'a> Evaluator<'a> {
             gravity: door::list(&held),
             rnea: door::list(&forces),
             aba: singular.is_none().then(|| door::list(&accelerations)),
+            aba_error,
             singular_joint: singular.map(|joint| model.joints()[joint.0].name.clone()),
             com: terms.com.into(),
             Jcom: door::rows(&terms.com_jacobian),
@@ -290,6 +297,7 @@ mod tests {
         assert!((terms.M[0][0] - 0.6).abs() < 1e-15);
         assert!((terms.gravity[0] - 2.0 * 9.81 * 0.5).abs() < 1e-12);
         assert!((terms.aba.unwrap()[0] - (1.0 - terms.nle[0]) / 0.6).abs() < 1e-12);
+        assert!(terms.aba_error.unwrap() < 1e-14);
         assert!(
             (terms.com_drift[0] - 4.5).abs() < 1e-12,
             "towards the hinge, which is at +x of the rod: {:?}",

@@ -69,6 +69,7 @@ fn algorithms_do_not_allocate() {
                 bias_forces(&model, &mut ws, &q, &v, &mut vector);
                 gravity_forces(&model, &mut ws, &q, &mut vector);
                 aba_with_external(&model, &mut ws, &q, &v, &tau, &external, &mut vector);
+                std::hint::black_box(aba_refined(&model, &mut ws, &q, &v, &tau, &mut vector));
                 crba(&model, &mut ws, &q, &mut matrix);
                 factor.factor(&matrix).expect("every joint carries mass");
                 factor.solve(&mut vector);

@@ -1,6 +1,7 @@
 //! Public-API tests of `multibody`.
 #![allow(non_snake_case)] // monogram notation
 
+mod accuracy;
 mod allocations;
 mod hrp4;
 mod identities;
