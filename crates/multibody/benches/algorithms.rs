@@ -1,6 +1,11 @@
 //! Every algorithm on HRP-4 (nv = 40) and on a random robot of 38 degrees of freedom, beside dynibo where that has it.
 //!
-//! `cargo bench -p multibody`; for the comparison with Pinocchio's C++ see `tools/oracles/speed.py`.
+//! `cargo bench -p multibody`; for the comparison with Pinocchio's C++ see `tools/oracles/speed.py`. With your own robot
+//! instead, its frames by name (an absolute path: cargo starts benchmarks in the package's folder):
+//!
+//! ```sh
+//! BENCH_URDF=$PWD/robot.urdf BENCH_FRAMES="left_foot right_foot torso" cargo bench -p multibody
+//! ```
 #![allow(missing_docs)] // criterion's macros make undocumented functions
 
 #[path = "../tests/multibody/random_robot.rs"]
@@ -24,6 +29,14 @@ struct State {
 
 /// Name, URDF, and frames whose Jacobians a walking controller would ask for.
 fn robots() -> Vec<(String, String, Vec<String>)> {
+    let Ok(path) = std::env::var("BENCH_URDF") else { return own_robots() };
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("BENCH_URDF={path}: {error}"));
+    let frames = std::env::var("BENCH_FRAMES").unwrap_or_default();
+    let name = std::path::Path::new(&path).file_stem().expect("a file has a name").to_string_lossy().into_owned();
+    vec![(name, text, frames.split_whitespace().map(str::to_owned).collect())]
+}
+
+fn own_robots() -> Vec<(String, String, Vec<String>)> {
     let hrp4 = concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/hrp4/hrp4.urdf");
     let text = std::fs::read_to_string(hrp4).expect("the shipped robot");
     let frames = ["l_ankle", "r_ankle", "l_wrist", "r_wrist", "torso"].map(str::to_owned).to_vec();
@@ -35,8 +48,13 @@ fn robots() -> Vec<(String, String, Vec<String>)> {
 
 fn algorithms(c: &mut Criterion) {
     for (name, text, links) in robots() {
-        let model = Model::from_urdf(&text, &ModelOptions::default()).expect("a robot");
-        let frames: Vec<FrameIndex> = links.iter().map(|link| model.frame(link).expect("a link")).collect();
+        let options = ModelOptions { inertia: InertiaCheck::Tolerant, ..ModelOptions::default() };
+        let model = Model::from_urdf(&text, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let frame = |link: &String| model.frame(link).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let frames: Vec<FrameIndex> = links.iter().map(frame).collect();
+        if let Some(joint) = model.massless_joint() {
+            panic!("{name}: M is singular, for joint `{}` moves nothing", model.joints()[joint.0].name);
+        }
         let nv = model.nv();
         let mut random = Random(1);
         let states: Vec<State> = (0..STATES)
@@ -45,6 +63,8 @@ fn algorithms(c: &mut Criterion) {
         let (mut ws, mut terms) = (Workspace::new(&model), WholeBodyTerms::new(&model, &frames));
         let (mut vector, mut matrix) = (DVector::zeros(nv), DMatrix::zeros(nv, nv));
         let (mut jacobian, mut factor) = (DMatrix::zeros(6, nv), MassFactor::new(&model));
+        let mut mass_matrix = DMatrix::zeros(nv, nv);
+        crba(&model, &mut ws, &states[0].q, &mut mass_matrix);
         let mut bench = |algorithm: &str, call: &mut dyn FnMut(&State)| {
             let mut next = states.iter().cycle();
             c.bench_with_input(BenchmarkId::new(format!("{algorithm}/soleus"), &name), &(), |b, ()| {
@@ -56,18 +76,27 @@ fn algorithms(c: &mut Criterion) {
         bench("bias forces", &mut |s| bias_forces(&model, &mut ws, &s.q, &s.v, black_box(&mut vector)));
         bench("CRBA", &mut |s| crba(&model, &mut ws, &s.q, black_box(&mut matrix)));
         bench("ABA", &mut |s| aba(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
-        bench("five Jacobians", &mut |s| {
+        bench("Jacobians", &mut |s| {
             forward_kinematics(&model, &mut ws, &s.q);
             frames.iter().for_each(|frame| frame_jacobian(&model, &mut ws, *frame, black_box(&mut jacobian)));
         });
+        bench("ABA, refined", &mut |s| {
+            black_box(aba_refined(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
+        });
         bench("whole-body terms", &mut |s| whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms)));
-        bench("Cholesky of M", &mut |_| factor.factor(black_box(&matrix)).expect("every joint carries mass"));
+        bench("Cholesky of M", &mut |_| factor.factor(black_box(&mass_matrix)).expect("every joint carries mass"));
 
         // dynibo reads files, takes its base state in world axes, and has no centre of mass, momentum or shared pass.
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("robot.urdf");
         std::fs::write(&path, &text).expect("a temporary file");
-        let mut robot = dynibo::FloatingRobot::from_urdf(&path).expect("dynibo reads it too");
+        let mut robot = match dynibo::FloatingRobot::from_urdf(&path) {
+            Ok(robot) => robot,
+            Err(refusal) => {
+                eprintln!("{name}: dynibo does not read it: {refusal}");
+                continue;
+            }
+        };
         assert_eq!(robot.generalized_count(), nv);
         let targets: Vec<_> = links.iter().map(|link| robot.link_id(link).expect("a link")).collect();
         let base = dynibo::BaseState::stationary(dynibo::Frame::identity()).expect("a pose");
@@ -89,7 +118,7 @@ fn algorithms(c: &mut Criterion) {
             let (q, v) = (s.q.joints.as_slice(), &s.v.as_slice()[6..]);
             robot.forward_dynamics(&base, q, v, s.a.as_slice(), &[], black_box(&mut vector)).expect("finite input");
         });
-        bench("five Jacobians", &mut |s| {
+        bench("Jacobians", &mut |s| {
             for target in &targets {
                 let q = s.q.joints.as_slice();
                 robot.jacobian(&base, q, *target, black_box(&mut jacobian)).expect("finite input");

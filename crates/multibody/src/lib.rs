@@ -69,8 +69,9 @@
 //! | five Jacobians | 595 | 1798 | 0.33 | 592 | 1793 | 0.33 | 553 | 1632 | 0.34 |
 //! | whole-body bundle | 1771 | 13493 | 0.13 | 1695 | 13258 | 0.13 | 1578 | 11568 | 0.14 |
 //!
-//! In the same run on HRP-4, of dynibo 0.5.3's time: RNEA 0.40, CRBA 0.21, ABA 0.34 (it has no bundle). `cargo bench -p multibody`
-//! has the two side by side in criterion.
+//! In the same run, of dynibo 0.5.3's time, on HRP-4 and G1: RNEA 0.40 and 0.39, CRBA 0.22 and 0.21, ABA 0.35 and 0.34 (it
+//! has no bundle, and refuses TALOS for its mimic joints). `cargo bench -p multibody` has the two side by side in criterion,
+//! with `BENCH_URDF` and `BENCH_FRAMES` on any robot. Times move by some 5 % from run to run, ratios by 0.02.
 //!
 //! `target-cpu`, on HRP-4, relative to `x86-64-v3`: plain `x86-64` (no AVX2, no fused multiply-add) takes 1.16 times as long
 //! for the bundle, 1.41 for RNEA, 1.11 for CRBA, 1.30 for ABA; `native` (AVX-512) 1.09, 0.96, 1.14, 1.04. `x86-64-v3` is
