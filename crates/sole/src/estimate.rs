@@ -302,11 +302,17 @@ pub struct StanceEstimator {
     forces: Vec<Vec3>,
 }
 
-/// Largest turn (rad) from one load to the next that is believed without following the load in smaller steps.
+// For half and double see `equilibrium`: the same measure, the same 2123 ticks of hard cases.
+
+/// Largest turn (rad) from one load to the next that is believed without following the load in smaller steps: 3 degrees, more than a foot
+/// tilts in walking. An insurance that costs a twentieth of all iterations: half +5 %, double -4 %, without it -5 % and no other
+/// answer. (With steps of 10 mm instead of 2.5 Newton did once leap, by 24 degrees, to where no path of loads led.)
 const LEAP_RAD: f64 = 0.06;
-/// `K_c` is rebuilt when the contact laws are off by more than this fraction of the load, or the tolerance if that is larger.
+/// `K_c` is rebuilt when the contact laws are off by more than this fraction of the load, or the tolerance if that is larger. Seven times
+/// what rounding leaves over 100,000 ticks at a tolerance of 1e-12 (1.4e-12). Half and double: no difference.
 const REFRESH: f64 = 1e-11;
-/// Iterations per step, first and smallest step of the continuation.
+/// Iterations per step, first and smallest step of the continuation. Half -22, -6, +6 %, double +42, +6, -6 %: what they cost is spent
+/// before a fold is reported, whose place the last one resolves.
 const CONTINUATION_ITERATIONS: usize = 25;
 const CONTINUATION_FIRST: f64 = 0.25;
 const CONTINUATION_LAST: f64 = 1.0 / 1024.0;
@@ -448,7 +454,7 @@ impl StanceEstimator {
             self.equilibrium.restore();
             end = self.equilibrium.newton(&target, &limits, false);
         }
-        // Beyond the fold the linear sole has further equilibria, tilted by tens of degrees: a large turn within one tick must be
+        // Beyond a fold the linear sole may have further equilibria, tilted by tens of degrees: a large turn within one tick must be
         // one that the load leads to.
         let leapt = end == End::Converged && self.equilibrium.turned_since_saved() > LEAP_RAD;
         if end != End::Converged || leapt {
