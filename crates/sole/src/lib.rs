@@ -112,6 +112,7 @@ mod estimate;
 mod ground;
 mod hull;
 mod mesh;
+mod mesh_quality;
 mod model;
 mod msh;
 mod nested;
@@ -129,6 +130,7 @@ pub use estimate::{
 };
 pub use ground::{Ground, Plane, Slope};
 pub use mesh::{ContactSet, Mesh};
+pub use mesh_quality::{ElementQuality, MeshQuality};
 pub use model::{Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
 pub use msh::{MshError, MshSets};
 pub use nested::{NestedEstimator, NestedReport, NestedSettings};

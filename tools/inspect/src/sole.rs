@@ -2,9 +2,9 @@
 
 use crate::door::{self, Outcome};
 use ::sole::{
-    ContactReport, ContactStatus, EstimatorSettings, Foothold, Level, Material, Mesh, MeshSource, MshSets, NodeState,
-    Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator, StanceReference,
-    StanceReport, Status,
+    ContactReport, ContactStatus, ElementQuality, EstimatorSettings, Foothold, Level, Material, Mesh, MeshQuality,
+    MeshSource, MshSets, NodeState, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings,
+    StanceEstimator, StanceReference, StanceReport, Status,
 };
 use anyhow::Context;
 use nalgebra::{Matrix3, Vector2};
@@ -23,7 +23,9 @@ const HELP: &str = r#"INPUT, one JSON document on stdin (--example prints a comp
               {"lift_off": true} ]}                        the foot leaves the ground; the next tick lands at first_tick
   Force-driven and pose-driven ticks may not be mixed in one sequence: they keep different histories.
 
-OUTPUT: "sole": {"nodes", "tetrahedra", "degrees_of_freedom", "contact_points", "worst_quality", "compliance_condition", "build_time_s"},
+OUTPUT: "sole": {"nodes", "tetrahedra", "degrees_of_freedom", "contact_points", "quality", "compliance_condition", "build_time_s"};
+     "quality"   of the mesh's elements, 1 for a regular tetrahedron, 0 for a flat one: how many are "below_0.01", "below_0.1", "below_0.3", and
+                 the "worst" five with "element" (from 0, in the mesh's order), "quality" and "centre"
   "ticks": per tick
      "pose"      {"position", "rotation", "roll_pitch_yaw"} of the sole frame (R = Rz(yaw) Ry(pitch) Rx(roll))
      "ankle"     the same of the ankle
@@ -140,9 +142,36 @@ struct SoleOutput {
     tetrahedra: usize,
     degrees_of_freedom: usize,
     contact_points: usize,
-    worst_quality: f64,
+    quality: Option<QualityOutput>,
     compliance_condition: f64,
     build_time_s: f64,
+}
+
+#[derive(Serialize)]
+struct QualityOutput {
+    #[serde(rename = "below_0.01")]
+    below_0_01: usize,
+    #[serde(rename = "below_0.1")]
+    below_0_1: usize,
+    #[serde(rename = "below_0.3")]
+    below_0_3: usize,
+    worst: Vec<ElementOutput>,
+}
+
+#[derive(Serialize)]
+struct ElementOutput {
+    element: usize,
+    quality: f64,
+    centre: [f64; 3],
+}
+
+impl From<&MeshQuality> for QualityOutput {
+    fn from(quality: &MeshQuality) -> Self {
+        let [below_0_01, below_0_1, below_0_3] = quality.below;
+        let output =
+            |e: &ElementQuality| ElementOutput { element: e.element, quality: e.quality, centre: e.centre_m.into() };
+        Self { below_0_01, below_0_1, below_0_3, worst: quality.worst.iter().map(output).collect() }
+    }
 }
 
 #[derive(Serialize)]
@@ -168,8 +197,8 @@ struct TickOutput {
     detail: String,
 }
 
-/// Worst element below which a mesh is warned about: slivers cost accuracy near them.
-const QUALITY_WARNED: f64 = 0.1;
+// What the output calls below_0.01 and so on.
+const _: () = assert!(matches!(MeshQuality::LIMITS, [0.01, 0.1, 0.3]));
 
 /// Reads a sequence, writes what the sole does.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
@@ -190,10 +219,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         model = model.mirrored();
     }
     let statistics = model.statistics();
-    if statistics.worst_quality < QUALITY_WARNED {
+    let quality = model.mesh().map(Mesh::quality_report);
+    // Poor elements cost accuracy near them.
+    if let Some(quality) = quality.as_ref().filter(|quality| quality.below[1] > 0) {
+        let worst = &quality.worst[0];
+        let [x, y, z]: [f64; 3] = worst.centre_m.into();
         eprintln!(
-            "soleus-inspect: warning: the worst tetrahedron has quality {:.2e} (1 is regular)",
-            statistics.worst_quality
+            "soleus-inspect: warning: {} of {} tetrahedra have a quality below {} (1 is regular); the worst is element {} \
+             with {:.2e} at ({x:.4}, {y:.4}, {z:.4}) m",
+            quality.below[1],
+            statistics.tetrahedra,
+            MeshQuality::LIMITS[1],
+            worst.element,
+            worst.quality
         );
     }
     let model = Arc::new(model);
@@ -223,7 +261,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         tetrahedra: statistics.tetrahedra,
         degrees_of_freedom: statistics.degrees_of_freedom,
         contact_points: model.contact_points().len(),
-        worst_quality: statistics.worst_quality,
+        quality: quality.as_ref().map(QualityOutput::from),
         compliance_condition: model.compliance_condition(),
         build_time_s,
     };
