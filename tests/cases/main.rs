@@ -4,6 +4,7 @@
 
 mod mistakes;
 mod same_numbers;
+mod soles;
 mod stops;
 mod walk;
 

@@ -38,6 +38,7 @@ pub fn binaries() -> &'static Path {
 pub struct Launch {
     scenario: PathBuf,
     settings: Vec<String>,
+    cache: Option<PathBuf>,
     domain: DomainName,
     folder: tempfile::TempDir,
 }
@@ -50,6 +51,7 @@ impl Launch {
         Self {
             scenario: scenario.as_ref().to_path_buf(),
             settings: Vec::new(),
+            cache: None,
             domain: format!("system-{}-{number}", std::process::id()).parse().expect("short and lower-case"),
             folder: tempfile::tempdir().expect("a temporary folder"),
         }
@@ -66,6 +68,12 @@ impl Launch {
         self
     }
 
+    /// With condensed soles kept in a folder; else none are, whatever the environment of the tests says.
+    pub fn cache(mut self, folder: &Path) -> Self {
+        self.cache = Some(folder.to_path_buf());
+        self
+    }
+
     /// Starts it.
     pub fn start(self) -> Running {
         let mut command = Command::new(binaries().join("soleus-launch"));
@@ -74,6 +82,7 @@ impl Launch {
         for setting in &self.settings {
             command.arg("--set").arg(setting);
         }
+        command.env("SOLEUS_CACHE", self.cache.as_deref().unwrap_or(Path::new("")));
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         Running { child: child.expect("the launcher can be started"), launch: self }
     }

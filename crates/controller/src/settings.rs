@@ -19,6 +19,9 @@ use crate::settle::SettleSettings;
 pub struct ControllerSettings {
     /// Folder of the robot.
     pub robot: PathBuf,
+    /// Another sole than that of the robot's folder: a file like its `sole.toml`.
+    #[serde(default)]
+    pub sole_file: Option<PathBuf>,
     /// Weights and stiffnesses of the tasks.
     #[serde(default)]
     pub tasks: Tasks,
@@ -191,12 +194,6 @@ pub enum ControllerError {
         /// Number of joints.
         found: usize,
     },
-    /// The mesh of the sole has no box to put forces on.
-    #[error("{}: mesh.box_m is needed: its rectangle carries the contact forces", .file.display())]
-    Rectangle {
-        /// The description of the sole.
-        file: PathBuf,
-    },
     /// A setting does not fit the model.
     #[error(transparent)]
     WholeBody(#[from] wholebody::WholeBodyError),
@@ -206,8 +203,7 @@ impl ControllerSettings {
     /// What the whole-body step is made with: the robot's figures and these.
     pub(crate) fn whole_body(&self, robot: &Robot, model: &Model) -> Result<WholeBodySettings, ControllerError> {
         let description = &robot.description;
-        let [length_m, width_m, _] = (robot.sole.mesh.box_m)
-            .ok_or_else(|| ControllerError::Rectangle { file: robot.folder.join("sole.toml") })?;
+        let [length_m, width_m] = robot.sole_outline().carrying_m;
         let foot = |index: usize| FootSettings {
             ankle_link: description.feet[index].ankle_frame.clone(),
             ankle_in_sole_m: Vec3::from(robot.sole.foot.ankle_in_sole_m(index)),

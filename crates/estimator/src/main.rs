@@ -4,8 +4,12 @@ use estimator::{EstimatorProcess, EstimatorSettings};
 use messages::code::{Process, Reason, State};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
+use soles::Store;
 
-struct Estimate(EstimatorProcess);
+struct Estimate {
+    process: EstimatorProcess,
+    soles: Store,
+}
 
 impl Program for Estimate {
     const PROCESS: Process = Process::Estimator;
@@ -13,21 +17,28 @@ impl Program for Estimate {
     type Settings = EstimatorSettings;
 
     fn build(settings: EstimatorSettings) -> Result<Self, Failure> {
-        EstimatorProcess::new(&settings).map(Self).map_err(Failure::unusable)
+        let mut soles = Store::from_environment();
+        let process = EstimatorProcess::with_store(&settings, &mut soles).map_err(Failure::unusable)?;
+        soles.starts().iter().for_each(|start| tracing::info!("{start}"));
+        Ok(Self { process, soles })
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
-        Some(self.0.robot_fingerprint())
+        Some(self.process.robot_fingerprint())
     }
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        // Not before there is work to do: who only checks a configuration leaves nothing behind.
+        if let Err(error) = self.soles.write() {
+            tracing::warn!("condensed soles cannot be kept: {error}");
+        }
         let mut patterns = shell.pattern_subscriber()?;
         let mut starts = shell.subscriber(topic::WALK_START, 1)?;
         let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
         let mut deformations = shell.publisher(topic::SOLE_DEFORMATION)?;
         let mut contacts = shell.publisher(topic::SOLE_CONTACT)?;
         let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
-        self.0
+        self.process
             .take_pattern(&pattern.header, &pattern.phases)
             .map_err(|error| Failure::safety(Reason::PatternRefused, error))?;
         shell.figures().walk_duration_s = pattern.header.duration_s;
@@ -35,9 +46,9 @@ impl Program for Estimate {
         while let Some(state) = shell.wait(&mut states)? {
             shell.cycle_starts();
             if let Some(start) = starts.latest()? {
-                self.0.take_start(&start);
+                self.process.take_start(&start);
             }
-            if let Some(output) = self.0.step(&state) {
+            if let Some(output) = self.process.step(&state) {
                 deformations.publish(&output.deformation)?;
                 contacts.publish(&output.contact)?;
                 let figures = shell.figures();

@@ -10,6 +10,9 @@ use std::path::PathBuf;
 pub struct EstimatorSettings {
     /// Folder of the robot.
     pub robot: PathBuf,
+    /// Another sole than that of the robot's folder: a file like its `sole.toml`.
+    #[serde(default)]
+    pub sole_file: Option<PathBuf>,
     /// Normal force (N) from which a foot counts as loaded: its contact history begins there and ends when the load falls
     /// below. The pose of the sole is continuous across it because the load share grows with the third power of time.
     #[serde(default = "touch_down_force_n")]

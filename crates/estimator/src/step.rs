@@ -6,6 +6,7 @@ use messages::{
 };
 use robot::Robot;
 use sole::StanceEstimator;
+use soles::Store;
 
 use crate::convert::{contact_message, deformation_message, outcome_code};
 use crate::{Estimator, EstimatorError, EstimatorSettings, FootEstimate};
@@ -50,15 +51,23 @@ impl EstimatorProcess {
     /// # Errors
     /// [`EstimatorError`] names file, field and value.
     pub fn new(settings: &EstimatorSettings) -> Result<Self, EstimatorError> {
+        Self::with_store(settings, &mut Store::none())
+    }
+
+    /// The same with condensed soles that may have been kept.
+    ///
+    /// # Errors
+    /// [`EstimatorError`] names file, field and value.
+    pub fn with_store(settings: &EstimatorSettings, store: &mut Store) -> Result<Self, EstimatorError> {
         settings.check()?;
-        let robot = Robot::load(&settings.robot)?;
+        let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
         let solver = sole::EstimatorSettings {
             tolerance: settings.solver.tolerance,
             iterations_max: settings.solver.iterations_max,
             continuation_iterations_max: settings.solver.continuation_iterations_max,
             ..sole::EstimatorSettings::default()
         };
-        let soles = match soles::build(&robot, &settings.sole)? {
+        let soles = match soles::build(&robot, &settings.sole, store)? {
             Some(models) => models.map(|model| Some(StanceEstimator::new(model, solver))),
             None => [None, None],
         };

@@ -41,11 +41,12 @@ pub struct PlannerOutput {
 /// # Errors
 /// [`PlannerError`] names what is wrong: a setting, the step that cannot be made, the limit that is in the way.
 pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
-    let robot = Robot::load(&settings.robot)?;
+    let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
     settings.check(&robot)?;
-    let plan = gait::plan(&settings.gait)?;
-    let check = check::check(&plan, &settings.gait, &robot)?;
-    let models = soles::build(&robot, &settings.sole)?;
+    let gait = settings.gait_of(&robot);
+    let plan = gait::plan(&gait)?;
+    let check = check::check(&plan, &gait, &robot)?;
+    let models = soles::build(&robot, &settings.sole, &mut soles::Store::none())?;
     let carry = |models| carry::carry(&plan.pattern, models, settings.sole_tilt_max_deg);
     let soles = models.map(carry).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;

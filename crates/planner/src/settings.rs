@@ -12,6 +12,9 @@ use std::path::PathBuf;
 pub struct PlannerSettings {
     /// Folder of the robot.
     pub robot: PathBuf,
+    /// Another sole than that of the robot's folder: a file like its `sole.toml`.
+    #[serde(default)]
+    pub sole_file: Option<PathBuf>,
     /// The walk.
     pub gait: GaitSettings,
     /// Largest angle between a sole and the ground: from 5 degrees on linear elasticity is doubtful ([`sole::Status::DoubtfulTilt`]).
@@ -34,7 +37,7 @@ pub enum PlannerError {
     Robot(#[from] RobotError),
     /// Configuration and robot disagree: the forces would be planned for another foot.
     #[error(
-        "gait.{field} = {found}, but {} says {expected}: change one of them", .file.display()
+        "gait.{field} = {found}, but {} says {expected:.6}: change one of them", .file.display()
     )]
     Disagreement {
         /// Key in the planner's configuration.
@@ -65,6 +68,8 @@ pub enum PlannerError {
 
 /// Lengths that agree to this are the same (m): figures in files have at most six digits.
 const SAME_LENGTH_M: f64 = 1e-6;
+/// By how much less the gait may count on than a mesh carries (m): round soles carry no round figures, people write whole millimetres.
+const ROUNDED_DOWN_M: f64 = 1e-3;
 
 impl PlannerSettings {
     /// Does the gait's foot agree with the robot's?
@@ -72,25 +77,79 @@ impl PlannerSettings {
         if !(0.0..=90.0).contains(&self.sole_tilt_max_deg) {
             return Err(PlannerError::SoleTiltMax(self.sole_tilt_max_deg));
         }
-        let file = robot.folder.join("sole.toml");
+        let file = robot.sole_file.clone();
+        let [length_m, width_m] = robot.sole_outline().carrying_m;
         let ankle = robot.sole.foot.ankle_in_sole_m;
         let gait = &self.gait;
-        let mut pairs = vec![
-            ("body.ankle_height_m", gait.body.ankle_height_m, ankle[2]),
-            ("sole.left_ankle_in_sole_m[0]", gait.sole.left_ankle_in_sole_m[0], ankle[0]),
-            ("sole.left_ankle_in_sole_m[1]", gait.sole.left_ankle_in_sole_m[1], ankle[1]),
+        let less_m = if robot.sole_mesh.is_some() { ROUNDED_DOWN_M } else { 0.0 };
+        let pairs = [
+            ("body.ankle_height_m", gait.body.ankle_height_m, ankle[2], 0.0),
+            ("sole.left_ankle_in_sole_m[0]", gait.sole.left_ankle_in_sole_m[0], ankle[0], 0.0),
+            ("sole.left_ankle_in_sole_m[1]", gait.sole.left_ankle_in_sole_m[1], ankle[1], 0.0),
+            ("sole.length_m", gait.sole.length_m, length_m, less_m),
+            ("sole.width_m", gait.sole.width_m, width_m, less_m),
         ];
-        if let Some([length_m, width_m, _]) = robot.sole.mesh.box_m {
-            pairs.push(("sole.length_m", gait.sole.length_m, length_m));
-            pairs.push(("sole.width_m", gait.sole.width_m, width_m));
-        }
-        for (field, found, expected) in pairs {
-            // Written so that a value that is not a number disagrees.
-            let same = (found - expected).abs() <= SAME_LENGTH_M;
+        for (field, found, expected, less_m) in pairs {
+            // A value that is not a number is in no range.
+            let same = (expected - less_m - SAME_LENGTH_M..=expected + SAME_LENGTH_M).contains(&found);
             if !same {
                 return Err(PlannerError::Disagreement { field, found, expected, file });
             }
         }
         Ok(())
+    }
+
+    /// The walk for this robot: where its soles reach farther than the rectangles that carry, as round ones do, the feet keep their
+    /// distance between the soles and not only between the rectangles.
+    pub(crate) fn gait_of(&self, robot: &Robot) -> GaitSettings {
+        let mut gait = self.gait.clone();
+        let outline = robot.sole_outline();
+        let [beyond_x_m, beyond_y_m] = [0, 1].map(|axis| 0.5 * (outline.size_m[axis] - outline.carrying_m[axis]));
+        // The inner edge of one sole, and the farthest corner of the other, which may be turned.
+        gait.limits.feet_gap_min_m += beyond_y_m + beyond_x_m.hypot(beyond_y_m);
+        gait
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn shipped(sole: Option<&str>) -> (PlannerSettings, Robot) {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let settings: PlannerSettings = scenario::load(&root.join("config/planner.toml"), &[]).expect("it ships");
+        let sole = sole.map(|name| settings.robot.join(name));
+        let robot = Robot::load_on(&settings.robot, sole.as_deref()).expect("it ships");
+        (settings, robot)
+    }
+
+    #[test]
+    fn a_block_changes_nothing_and_round_soles_keep_their_own_distance() {
+        let (settings, robot) = shipped(None);
+        assert_eq!(settings.gait_of(&robot), settings.gait);
+        let (settings, robot) = shipped(Some("sole-rounded.toml"));
+        let outline = robot.sole_outline();
+        let beyond_m = settings.gait_of(&robot).limits.feet_gap_min_m - settings.gait.limits.feet_gap_min_m;
+        // At least both inner edges.
+        assert!(beyond_m > outline.size_m[1] - outline.carrying_m[1] && beyond_m < 0.03, "{beyond_m}");
+    }
+
+    #[test]
+    fn a_mesh_may_be_counted_on_a_little_less_but_never_more_than_it_carries() {
+        let (mut settings, robot) = shipped(Some("sole-rounded.toml"));
+        let [length_m, width_m] = robot.sole_outline().carrying_m;
+        let mut with = |length_m: f64| {
+            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (length_m, width_m);
+            settings.check(&robot)
+        };
+        assert!(with(length_m).is_ok() && with(length_m - 0.9e-3).is_ok());
+        for found in [length_m + 1e-5, length_m - 1.1e-3, f64::NAN] {
+            let refused = with(found);
+            assert!(matches!(refused, Err(PlannerError::Disagreement { field: "sole.length_m", .. })), "{refused:?}");
+        }
+        let (mut settings, robot) = shipped(None);
+        settings.gait.sole.length_m = 0.2295;
+        assert!(settings.check(&robot).is_err(), "a block has round figures");
     }
 }

@@ -74,6 +74,6 @@ pub use foot::PlantSole;
 pub use plant::{Plant, PlantCommand, PlantError, PlantFrames};
 pub use sensor::PlantSensors;
 pub use settings::{PlantSettings, SettingsError};
-pub use soles::{PlantSoleLevel, PlantSoleSettings};
+pub use soles::{MESH_CELLS, PlantSoleLevel, PlantSoleSettings};
 pub use stabiliser::{FootPlan, Plan};
 pub use truth::{FootTruth, Integration, Truth};

@@ -30,14 +30,18 @@ pub enum PlantSoleLevel {
     QuadraticFem,
 }
 
+/// Cells of the plant's own mesh of a block: 10,764 tetrahedra.
+pub const MESH_CELLS: [usize; 3] = [23, 13, 6];
+
 /// The plant's soles relative to the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantSoleSettings {
     /// How it is computed.
     pub level: PlantSoleLevel,
-    /// Boxes along length, width and thickness (each is cut into six tetrahedra). Only for a nominal sole that is a block.
-    pub mesh_cells: [usize; 3],
+    /// Boxes along length, width and thickness (each is cut into six tetrahedra); [`MESH_CELLS`] if not given. For a nominal sole that is a
+    /// block only: a mesh is taken as it is.
+    pub mesh_cells: Option<[usize; 3]>,
     /// Cells of the patch grid, or of the grid of springs, along length and width; there is one contact point more each way.
     pub patch_cells: [usize; 2],
     /// Young's modulus over the nominal one.
@@ -54,7 +58,7 @@ impl Default for PlantSoleSettings {
     fn default() -> Self {
         Self {
             level: PlantSoleLevel::Patches,
-            mesh_cells: [23, 13, 6],
+            mesh_cells: None,
             patch_cells: [8, 7],
             young_modulus_factor: 1.0,
             friction_factor: 1.0,
@@ -73,7 +77,7 @@ impl PlantSoleSettings {
         positive("sole.young_modulus_factor", self.young_modulus_factor)?;
         not_negative("sole.friction_factor", self.friction_factor)?;
         positive("sole.thickness_factor", self.thickness_factor)?;
-        for (i, cells) in self.mesh_cells.iter().enumerate() {
+        for (i, cells) in self.mesh_cells.iter().flatten().enumerate() {
             positive(&format!("sole.mesh_cells[{i}]"), *cells as f64)?;
         }
         for (i, cells) in self.patch_cells.iter().enumerate() {
@@ -90,7 +94,7 @@ impl PlantSoleSettings {
         own.friction *= self.friction_factor;
         let thickness_m = match &mut own.mesh {
             MeshSource::Box { size_m, cells } => {
-                *cells = self.mesh_cells;
+                *cells = self.mesh_cells.unwrap_or(MESH_CELLS);
                 let nominal_m = size_m[2];
                 size_m[2] *= self.thickness_factor;
                 nominal_m
@@ -119,21 +123,26 @@ impl PlantSoleSettings {
     /// # Errors
     /// A sole that the sole crate cannot build.
     pub fn build(&self, nominal: &sole::SoleSettings) -> Result<[PlantSole; 2], SoleError> {
-        let own = self.left(nominal);
-        if self.level == PlantSoleLevel::Rigid {
-            let ankle = own.ankle_in_sole_m;
-            let corners = |ankle: Vec3| {
-                PlantSole::Corners(CornerSettings {
-                    friction: own.friction,
-                    ankle_in_sole_m: ankle.into(),
-                    ..self.rigid
-                })
-            };
-            return Ok([corners(ankle), corners(Vec3::new(ankle.x, -ankle.y, ankle.z))]);
+        if let Some(plates) = self.plates(nominal) {
+            return Ok(plates);
         }
-        let left = SoleModel::build(&own)?;
+        let left = SoleModel::build(&self.left(nominal))?;
         let right = left.mirrored();
         Ok([left.into(), right.into()])
+    }
+
+    /// Left and right hard plate at the level [`PlantSoleLevel::Rigid`], which needs no model; `None` at the others.
+    #[must_use]
+    pub fn plates(&self, nominal: &sole::SoleSettings) -> Option<[PlantSole; 2]> {
+        if self.level != PlantSoleLevel::Rigid {
+            return None;
+        }
+        let own = self.left(nominal);
+        let ankle = own.ankle_in_sole_m;
+        let corners = |ankle: Vec3| {
+            PlantSole::Corners(CornerSettings { friction: own.friction, ankle_in_sole_m: ankle.into(), ..self.rigid })
+        };
+        Some([corners(ankle), corners(Vec3::new(ankle.x, -ankle.y, ankle.z))])
     }
 }
 
@@ -162,7 +171,7 @@ mod tests {
 
     #[test]
     fn the_right_foot_mirrors_the_left() {
-        let settings = PlantSoleSettings { mesh_cells: [8, 5, 2], patch_cells: [4, 3], ..Default::default() };
+        let settings = PlantSoleSettings { mesh_cells: Some([8, 5, 2]), patch_cells: [4, 3], ..Default::default() };
         let rigid = PlantSoleSettings { level: PlantSoleLevel::Rigid, ..settings };
         for settings in [settings, rigid] {
             let [left, right] = settings.build(&sole::SoleSettings::default()).unwrap();

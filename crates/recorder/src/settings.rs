@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 #[serde(deny_unknown_fields)]
 struct File {
     robot: PathBuf,
+    sole_file: Option<PathBuf>,
     output_file: PathBuf,
     attachment_folder: PathBuf,
     flush_period_s: f64,
@@ -22,6 +23,10 @@ struct File {
 pub struct RecorderSettings {
     /// The robot's folder.
     pub robot_folder: PathBuf,
+    /// Another sole than that of the robot's folder.
+    pub sole_file: Option<PathBuf>,
+    /// The description of the sole, and its mesh if it has one; known once the robot has been read.
+    pub sole_files: Vec<PathBuf>,
     /// The recording.
     pub output_file: PathBuf,
     /// Folder whose files are attached.
@@ -70,6 +75,8 @@ impl TryFrom<File> for RecorderSettings {
         let attachment_folder = Some(file.attachment_folder).filter(|folder| !folder.as_os_str().is_empty());
         Ok(Self {
             robot_folder: file.robot,
+            sole_file: file.sole_file,
+            sole_files: Vec::new(),
             output_file: file.output_file,
             attachment_folder,
             flush_period_s: file.flush_period_s,
@@ -88,14 +95,17 @@ impl RecorderSettings {
     /// # Errors
     /// If the robot's folder is not as it should be.
     pub fn read_robot(&mut self) -> Result<(), RobotError> {
-        let robot = Robot::load(&self.robot_folder)?;
+        let robot = Robot::load_on(&self.robot_folder, self.sole_file.as_deref())?;
         self.viewer.joint_names = robot.description.joints.clone();
         self.viewer.base_link = robot.description.base_link.clone();
-        self.viewer.sole_size_m = robot.sole.mesh.box_m.unwrap_or_default();
+        self.viewer.sole_size_m = robot.sole_outline().size_m;
+        self.sole_files =
+            std::iter::once(robot.sole_file.clone()).chain(robot.sole.mesh_file(&robot.sole_file)).collect();
         Ok(())
     }
 
-    /// Facts about this run and the files to attach: those of the attachment folder and of the robot's folder.
+    /// Facts about this run and the files to attach: those of the attachment folder and of the robot's folder, and
+    /// the sole if it is none of them.
     ///
     /// # Errors
     /// If a file cannot be read.
@@ -106,6 +116,9 @@ impl RecorderSettings {
             attach(folder, "config", &mut info)?;
         }
         attach(&self.robot_folder, "robot", &mut info)?;
+        for path in self.sole_files.iter().filter(|path| path.parent() != Some(&self.robot_folder)) {
+            attach_file(path, "sole", &mut info)?;
+        }
         Ok(info)
     }
 }
@@ -118,10 +131,15 @@ fn attach(folder: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()
     // The order in which a file system lists its files must not change the recording.
     paths.sort();
     for path in paths {
-        let metadata = path.metadata()?;
-        if let (true, Some(name)) = (metadata.is_file() && metadata.len() <= ATTACHMENT_MAX_BYTES, path.file_name()) {
-            info.files.push((format!("{prefix}/{}", name.to_string_lossy()), std::fs::read(&path)?));
-        }
+        attach_file(&path, prefix, info)?;
+    }
+    Ok(())
+}
+
+fn attach_file(path: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()> {
+    let metadata = path.metadata()?;
+    if let (true, Some(name)) = (metadata.is_file() && metadata.len() <= ATTACHMENT_MAX_BYTES, path.file_name()) {
+        info.files.push((format!("{prefix}/{}", name.to_string_lossy()), std::fs::read(path)?));
     }
     Ok(())
 }

@@ -134,10 +134,17 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
         Friction::PerPatch(list) => list.iter().try_for_each(|mu| file.range("friction", *mu, NOT_NEGATIVE))?,
     }
     let mesh = &sole.mesh;
-    let given = |present: bool| if present { 1.0 } else { 0.0 };
-    const BOTH: Range = Range { holds: |x| x == 1.0, words: "either box_m with cells, or file" };
-    file.range("mesh", given(mesh.box_m.is_some() != mesh.file.is_some()), BOTH)?;
-    file.range("mesh.cells", given(mesh.box_m.is_some() == mesh.cells.is_some()), BOTH)?;
+    let found = match (mesh.box_m.is_some(), mesh.cells.is_some(), mesh.file.is_some()) {
+        (true, true, false) | (false, false, true) => None,
+        (true, _, true) => Some("has both box_m and file"),
+        (false, true, true) => Some("has cells beside file"),
+        (true, false, false) => Some("has box_m without cells"),
+        (false, true, false) => Some("has cells without box_m"),
+        (false, false, false) => Some("has neither box_m nor file"),
+    };
+    if let Some(found) = found {
+        return Err(RobotError::MeshChoice { file: path.to_owned(), found });
+    }
     mesh.box_m.iter().flatten().try_for_each(|edge| file.range("mesh.box_m", *edge, POSITIVE))?;
     mesh.cells.iter().flatten().try_for_each(|cells| file.range("mesh.cells", f64::from(*cells), POSITIVE))?;
     file.range("material.young_modulus_pa", sole.material.young_modulus_pa, POSITIVE)?;

@@ -26,6 +26,33 @@ pub enum RobotError {
         /// The known key most similar to an unknown one.
         nearest: Option<String>,
     },
+    /// `[mesh]` describes no sole, or two.
+    #[error("{}: [mesh] {found}: give either box_m with cells (a block), or file (a Gmsh mesh)", .file.display())]
+    MeshChoice {
+        /// Which file.
+        file: PathBuf,
+        /// What is there.
+        found: &'static str,
+    },
+    /// The mesh that `mesh.file` names cannot be used.
+    #[error("{}: {source}", .file.display())]
+    Mesh {
+        /// The mesh.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: sole_mesh::MshError,
+    },
+    /// The mesh is not drawn in the sole frame. Remedy: move it by the opposite of what is found.
+    #[error(
+        "{}: the contact points are centred about {centre_m:?} m: move the mesh so that the middle of their bounding rectangle, at the \
+         height of the lowest one, is the origin (foot.ankle_in_sole_m counts from there)", .file.display()
+    )]
+    OffCentre {
+        /// The mesh.
+        file: PathBuf,
+        /// Centre of the bounding rectangle, at the height of the lowest contact point (m).
+        centre_m: [f64; 3],
+    },
     /// A number is outside its range.
     #[error("{}: {field} = {value}, expected {expected}", .file.display())]
     OutOfRange {

@@ -5,6 +5,9 @@
 //! and checks everything that can be checked without building a model: units are in the keys, unknown keys are refused with
 //! the nearest known one suggested, every name refers to something that exists, every number is in its range.
 //!
+//! The sole's Gmsh file, where `sole.toml` names one, is read and checked, too; [`Robot::sole_outline`] is what planner and controller know a
+//! sole by, block or mesh. A sole can be exchanged without another robot: [`Robot::load_on`].
+//!
 //! The URDF is handed on as text; `multibody` reads it.
 
 mod check;

@@ -3,6 +3,7 @@
 use crate::error::nearest;
 use crate::{RobotDescription, RobotError, SoleDescription, check};
 use serde::de::DeserializeOwned;
+use sole_mesh::{Mesh, MshSets, Outline};
 use std::path::{Path, PathBuf};
 
 /// A folder of `robots/`, read and checked.
@@ -16,6 +17,10 @@ pub struct Robot {
     pub description: RobotDescription,
     /// `sole.toml`.
     pub sole: SoleDescription,
+    /// Where it was read from.
+    pub sole_file: PathBuf,
+    /// The mesh that it names; `None` for a block.
+    pub sole_mesh: Option<Mesh>,
     /// Hash of URDF and `robot.toml`: messages carry it, so that processes with different robots do not talk.
     pub fingerprint: u64,
 }
@@ -26,17 +31,49 @@ impl Robot {
     /// # Errors
     /// [`RobotError`] names file, field, what was found and what was expected.
     pub fn load(folder: &Path) -> Result<Self, RobotError> {
+        Self::load_on(folder, None)
+    }
+
+    /// Reads a robot's folder, standing on another sole than that of its own `sole.toml` if a file is given.
+    ///
+    /// # Errors
+    /// [`RobotError`] names file, field, what was found and what was expected.
+    pub fn load_on(folder: &Path, sole_file: Option<&Path>) -> Result<Self, RobotError> {
         let file = folder.join("robot.toml");
         let text = read(&file)?;
         let description: RobotDescription = parse(&file, &text)?;
         check::robot(&file, &description)?;
         let urdf = read(&folder.join(&description.urdf))?;
-        let file = folder.join("sole.toml");
-        let sole: SoleDescription = parse(&file, &read(&file)?)?;
-        check::sole(&file, &sole)?;
+        let sole_file = sole_file.map_or_else(|| folder.join("sole.toml"), Path::to_owned);
+        let sole: SoleDescription = parse(&sole_file, &read(&sole_file)?)?;
+        check::sole(&sole_file, &sole)?;
+        let sole_mesh = sole.mesh_file(&sole_file).map(|file| read_mesh(&file)).transpose()?;
         let fingerprint = fingerprint(&[&urdf, &text]);
-        Ok(Self { folder: folder.to_owned(), urdf, description, sole, fingerprint })
+        Ok(Self { folder: folder.to_owned(), urdf, description, sole, sole_file, sole_mesh, fingerprint })
     }
+
+    /// The rectangle that planner and controller know the sole by.
+    #[must_use]
+    pub fn sole_outline(&self) -> Outline {
+        match &self.sole_mesh {
+            Some(mesh) => mesh.outline(),
+            None => Outline::block(self.sole.mesh.box_m.expect("checked when read: a sole without a file is a block")),
+        }
+    }
+}
+
+/// Farthest that the middle of a mesh may lie from the origin of the sole frame (m): what rounding in a drawing makes of it, far below
+/// what a foot can be mounted to.
+const OFF_CENTRE_MAX_M: f64 = 1e-5;
+
+fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
+    let refused = |source| RobotError::Mesh { file: file.to_owned(), source };
+    let mesh = Mesh::from_msh(&read(file)?, MshSets::Either).map_err(refused)?;
+    let centre = mesh.outline().centre_m;
+    if centre.amax() > OFF_CENTRE_MAX_M {
+        return Err(RobotError::OffCentre { file: file.to_owned(), centre_m: centre.into() });
+    }
+    Ok(mesh)
 }
 
 /// FNV-1a over the texts, each followed by a zero byte; carriage returns are skipped, so that a checkout on another

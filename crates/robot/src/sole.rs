@@ -1,6 +1,7 @@
 //! `sole.toml`: the soft sole under each foot.
 
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// The soft sole of the **left** foot; the right one is its mirror image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,13 +23,23 @@ pub struct SoleDescription {
     pub solver: SolverDescription,
 }
 
+impl SoleDescription {
+    /// The mesh that this description, read from `sole_file`, names: paths are relative to the file in which they stand.
+    #[must_use]
+    pub fn mesh_file(&self, sole_file: &Path) -> Option<PathBuf> {
+        self.mesh.file.as_ref().map(|name| sole_file.parent().unwrap_or(Path::new(".")).join(name))
+    }
+}
+
 /// Coulomb friction coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Friction {
     /// The same everywhere.
     Uniform(f64),
-    /// One per patch.
+    /// One per contact point of the left sole, in the order in which the level has them: the levels `patches` and `winkler` row by row from
+    /// the right rear corner, x running fastest; `fem` and `quadratic-fem` in the mesh's order of its contact nodes. The right sole has
+    /// the mirrored ones. The level `lumped` has no such points, `rigid` no such friction.
     PerPatch(Vec<f64>),
 }
 
@@ -51,7 +62,9 @@ pub struct MeshDescription {
     pub box_m: Option<[f64; 3]>,
     /// Boxes along each edge, each cut into six Kuhn tetrahedra.
     pub cells: Option<[u32; 3]>,
-    /// Instead: a Gmsh file (format 4.1) beside `sole.toml`.
+    /// Instead: a Gmsh file (ASCII, format 4.1 or 2.2, metres) with the origin at the centre of the undeformed bottom face; relative to
+    /// this file. Physical surface groups `clamped` and `contact` say which nodes are glued to the foot and which may touch the ground;
+    /// without them they are those of the top and the bottom plane.
     pub file: Option<String>,
 }
 

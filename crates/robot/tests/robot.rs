@@ -1,6 +1,7 @@
 //! The shipped robot loads; every way in which a folder can be wrong is named.
 
 use robot::{Robot, RobotError};
+use sole_mesh::Mesh;
 use std::path::{Path, PathBuf};
 
 fn shipped() -> PathBuf {
@@ -102,7 +103,6 @@ fn numbers_outside_their_range_are_refused() {
         ("sole.toml", "poisson_ratio = 0.31", "poisson_ratio = 0.5"),
         ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = nan"),
         ("sole.toml", "friction = 0.65", "friction = -0.1"),
-        ("sole.toml", "cells = [12, 7, 3]\n", ""),
         ("sole.toml", "cells = [12, 7, 3]", "cells = [12, 0, 3]"),
         ("robot.toml", "kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0"),
         ("robot.toml", "velocity_factor = 0.5", "velocity_factor = 50.0"),
@@ -136,4 +136,70 @@ fn every_joint_has_one_servo() {
     assert!(matches!(&error, RobotError::Missing { joint, .. } if joint == "L_KNEE_P"), "{error}");
     let error = changed("robot.toml", "of = [\"knees\"]", "of = [\"knees\", \"R_HIP_Y\"]");
     assert!(matches!(&error, RobotError::Twice { name, .. } if name == "R_HIP_Y"), "{error}");
+}
+
+const BLOCK: &str = "box_m = [0.23, 0.13, 0.021]\ncells = [12, 7, 3]";
+
+#[test]
+fn a_sole_is_a_block_or_a_file_and_the_mistake_is_named() {
+    let cases = [
+        ("file = \"a.msh\"\nbox_m = [0.23, 0.13, 0.021]\ncells = [12, 7, 3]", "both box_m and file"),
+        ("file = \"a.msh\"\ncells = [12, 7, 3]", "cells beside file"),
+        ("box_m = [0.23, 0.13, 0.021]", "box_m without cells"),
+        ("cells = [12, 7, 3]", "cells without box_m"),
+        ("", "neither box_m nor file"),
+    ];
+    for (mesh, expected) in cases {
+        let error = changed("sole.toml", BLOCK, mesh);
+        let RobotError::MeshChoice { file, .. } = &error else { panic!("{mesh}: {error}") };
+        assert!(file.ends_with("sole.toml"));
+        let message = error.to_string();
+        assert!(message.contains(expected) && message.contains("give either box_m with cells"), "{message}");
+    }
+}
+
+/// The shipped robot on a sole in a folder of its own, which names a mesh.
+fn on_mesh(text: &str) -> Result<Robot, RobotError> {
+    let folder = tempfile::tempdir().unwrap();
+    let sole =
+        std::fs::read_to_string(shipped().join("sole.toml")).unwrap().replace(BLOCK, "file = \"meshes/foot.msh\"");
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    std::fs::write(folder.path().join("meshes/foot.msh"), text).unwrap();
+    std::fs::write(folder.path().join("other.toml"), sole).unwrap();
+    Robot::load_on(&shipped(), Some(&folder.path().join("other.toml")))
+}
+
+#[test]
+fn a_mesh_file_beside_the_sole_is_read_and_has_the_outline_of_the_block_it_is() {
+    let block = Robot::load(&shipped()).unwrap();
+    assert!(block.sole_mesh.is_none() && block.sole_file.ends_with("hrp4/sole.toml"));
+    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
+    let robot = on_mesh(&mesh.to_msh()).unwrap();
+    assert_eq!(robot.sole_mesh.as_ref(), Some(&mesh));
+    assert!(robot.sole_file.ends_with("other.toml"));
+    assert_eq!(robot.sole_outline(), block.sole_outline());
+    assert_eq!(robot.fingerprint, block.fingerprint);
+    // The second sole that ships: 25 mm round corners cost 7.3 mm along each diagonal.
+    let rounded = Robot::load_on(&shipped(), Some(&shipped().join("sole-rounded.toml"))).unwrap().sole_outline();
+    assert!((rounded.size_m[0] - 0.23).abs() < 1e-9 && (rounded.size_m[1] - 0.13).abs() < 1e-9);
+    assert!((0.20..0.22).contains(&rounded.carrying_m[0]), "{rounded:?}");
+    assert!((rounded.carrying_m[0] / rounded.carrying_m[1] - 0.23 / 0.13).abs() < 1e-9);
+}
+
+#[test]
+fn mesh_files_that_cannot_be_used_are_named() {
+    let error = changed("sole.toml", BLOCK, "file = \"nowhere.msh\"");
+    assert!(matches!(&error, RobotError::Unreadable { file, .. } if file.ends_with("nowhere.msh")), "{error}");
+    let error = on_mesh("hello").unwrap_err();
+    assert!(matches!(&error, RobotError::Mesh { file, .. } if file.ends_with("meshes/foot.msh")), "{error}");
+    let mut mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
+    // A corner at the origin instead of the middle.
+    mesh.nodes.iter_mut().for_each(|p| (p.x, p.y) = (p.x + 0.115, p.y + 0.065));
+    let error = on_mesh(&mesh.to_msh()).unwrap_err();
+    let RobotError::OffCentre { centre_m, .. } = &error else { panic!("{error}") };
+    assert!(
+        (centre_m[0] - 0.115).abs() < 1e-12 && (centre_m[1] - 0.065).abs() < 1e-12 && centre_m[2] == 0.0,
+        "{error}"
+    );
+    assert!(error.to_string().contains("move the mesh"), "{error}");
 }

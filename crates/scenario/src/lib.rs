@@ -9,6 +9,7 @@
 //! ```toml
 //! # A scenario. Paths are relative to the file in which they stand.
 //! robot = "../../robots/hrp4"
+//! sole_file = "../../soles/thick.toml"   # optional: another sole than the robot folder's own
 //!
 //! [planner]
 //! config = "../planner.toml"     # the base; everything else in this table replaces its keys

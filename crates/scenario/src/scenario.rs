@@ -22,6 +22,9 @@ pub struct Scenario {
     pub path: PathBuf,
     /// The robot's folder, absolute. Also in every process's configuration, as its key `robot`.
     pub robot: PathBuf,
+    /// The sole it stands on, absolute, if it is not that of the robot's folder. Also in every process's configuration, as its key
+    /// `sole_file`.
+    pub sole_file: Option<PathBuf>,
     parts: BTreeMap<&'static str, Part>,
 }
 
@@ -43,7 +46,7 @@ impl Scenario {
             source,
         })?;
         let file = File { path, table: parse_table(path, &text)?, text: &text };
-        let mut top: Vec<&str> = vec!["robot", "title"];
+        let mut top: Vec<&str> = vec!["robot", "sole_file", "title"];
         top.extend(PROCESSES);
         file.only_known_keys(&top)?;
         for setting in settings {
@@ -54,29 +57,19 @@ impl Scenario {
                 return Err(ConfigError::Key { origin: Origin::CommandLine, key: setting.key.join("."), problem });
             }
         }
-        let robot = match settings.iter().rev().find(|setting| setting.key == ["robot"]) {
-            Some(setting) => setting.value.as_str().map(PathBuf::from).ok_or_else(|| ConfigError::Key {
-                origin: Origin::CommandLine,
-                key: "robot".to_string(),
-                problem: Problem::Invalid { reason: "must be the robot's folder".to_string() },
-            })?,
-            None => file.folder().join(file.text_at("robot")?),
-        };
-        let robot = robot.canonicalize().map_err(|source| ConfigError::Read {
-            path: robot.clone(),
-            wanted_by: Some(file.origin(&["robot"])),
-            source,
-        })?;
+        let robot = file.path_at("robot", "must be the robot's folder", settings)?;
+        let robot = robot.ok_or_else(|| file.error(&["robot"], Problem::Missing))?;
+        let sole_file = file.path_at("sole_file", "must be the path of a sole's description", settings)?;
         let mut parts = BTreeMap::new();
         for process in PROCESSES {
             let settings: Vec<Setting> = settings.iter().filter_map(|setting| setting.below(process)).collect();
-            if let Some(part) = file.part(process, &robot, &settings)? {
+            if let Some(part) = file.part(process, &robot, sole_file.as_deref(), &settings)? {
                 parts.insert(process, part);
             }
         }
         let name = path.file_stem().map_or_else(|| "scenario".to_string(), |stem| stem.to_string_lossy().into_owned());
         let title = file.table.get("title").and_then(Value::as_str).unwrap_or_default().to_string();
-        Ok(Self { name, title, path: path.to_path_buf(), robot, parts })
+        Ok(Self { name, title, path: path.to_path_buf(), robot, sole_file, parts })
     }
 
     /// Whether a process is part of the scenario and on.
@@ -133,13 +126,32 @@ impl File<'_> {
         }
     }
 
-    fn text_at(&self, key: &str) -> Result<&str, ConfigError> {
-        let value = self.table.get(key).ok_or_else(|| self.error(&[key], Problem::Missing))?;
-        value.as_str().ok_or_else(|| self.error(&[key], Problem::Invalid { reason: "must be a text".to_string() }))
+    /// The path under a key that all processes share, absolute: the command line's, else the scenario's.
+    fn path_at(&self, key: &str, meaning: &str, settings: &[Setting]) -> Result<Option<PathBuf>, ConfigError> {
+        let on_command_line = settings.iter().rev().find(|setting| setting.key == [key]);
+        let origin = || if on_command_line.is_some() { Origin::CommandLine } else { self.origin(&[key]) };
+        let Some(value) = on_command_line.map(|setting| &setting.value).or(self.table.get(key)) else {
+            return Ok(None);
+        };
+        let Some(text) = value.as_str() else {
+            let problem = Problem::Invalid { reason: meaning.to_string() };
+            return Err(ConfigError::Key { origin: origin(), key: key.to_string(), problem });
+        };
+        let path = if on_command_line.is_some() { PathBuf::from(text) } else { self.folder().join(text) };
+        match path.canonicalize() {
+            Ok(path) => Ok(Some(path)),
+            Err(source) => Err(ConfigError::Read { path, wanted_by: Some(origin()), source }),
+        }
     }
 
     /// The configuration of a process: its base file, the scenario's changes, the robot, the command line's changes.
-    fn part(&self, process: &str, robot: &Path, settings: &[Setting]) -> Result<Option<Part>, ConfigError> {
+    fn part(
+        &self,
+        process: &str,
+        robot: &Path,
+        sole_file: Option<&Path>,
+        settings: &[Setting],
+    ) -> Result<Option<Part>, ConfigError> {
         let invalid = |key: &[&str], reason: &str| self.error(key, Problem::Invalid { reason: reason.to_string() });
         let Some(value) = self.table.get(process) else { return Ok(None) };
         let Value::Table(mut changes) = value.clone() else { return Err(invalid(&[process], "must be a table")) };
@@ -169,6 +181,9 @@ impl File<'_> {
             None => return Err(self.error(&[process, "config"], Problem::Missing)),
         };
         changes.insert("robot".to_string(), Value::String(robot.display().to_string()));
+        if let Some(sole_file) = sole_file {
+            changes.insert("sole_file".to_string(), Value::String(sole_file.display().to_string()));
+        }
         let config = config.with_table(self.path, self.text, &[process], changes).with_settings(&kept);
         Ok(Some(Part { on, config }))
     }

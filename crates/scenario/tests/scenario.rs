@@ -8,6 +8,7 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 struct Planner {
     robot: Option<String>,
+    sole_file: Option<String>,
     mesh_file: Option<String>,
     gait: Gait,
     footsteps: Vec<Footstep>,
@@ -169,6 +170,38 @@ fn a_scenario_changes_the_files_it_names_and_the_command_line_changes_both() {
     let root = files.0.path().canonicalize().expect("it is there");
     assert_eq!(planner.robot.expect("given to every process"), root.join("robots/hrp4").display().to_string());
     assert_eq!(planner.mesh_file.expect("in the file"), files.0.path().join("sole.msh").display().to_string());
+}
+
+#[test]
+fn another_sole_is_given_to_every_process_and_the_command_line_chooses_last() {
+    let sole_of = |scenario: &Scenario| {
+        let planner: Planner = scenario.config("planner").expect("on").parse().expect("correct");
+        assert_eq!(planner.sole_file, scenario.sole_file.as_ref().map(|path| path.display().to_string()));
+        planner.sole_file
+    };
+    let files = Files::new(FLAT);
+    assert_eq!(sole_of(&files.load(&[]).expect("correct")), None);
+    let files = Files::new(&format!("sole_file = \"../robots/thick.toml\"\n{FLAT}"));
+    let root = files.0.path().canonicalize().expect("it is there");
+    for name in ["thick", "thin"] {
+        std::fs::write(root.join(format!("robots/{name}.toml")), "").expect("writable");
+    }
+    let named = |name: &str| Some(root.join(format!("robots/{name}.toml")).display().to_string());
+    assert_eq!(sole_of(&files.load(&[]).expect("correct")), named("thick"));
+    let chosen = format!("sole_file={}", root.join("robots/thin.toml").display());
+    assert_eq!(sole_of(&files.load(&[&chosen]).expect("correct")), named("thin"));
+    let missing = Files::new(&format!("sole_file = \"../robots/thick.toml\"\n{FLAT}")).message(&[]);
+    assert_eq!(
+        missing,
+        "cannot read /scenarios/../robots/thick.toml (named in /scenarios/flat.toml:1): check the path"
+    );
+    let message = files.message(&["sole_file=/nowhere/thin.toml"]);
+    assert_eq!(message, "cannot read /nowhere/thin.toml (named in command line (--set)): check the path");
+    let message = files.message(&["sole_file=3"]);
+    assert!(
+        message.starts_with("command line (--set): `sole_file`") && message.contains("a sole's description"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -4,8 +4,12 @@ use messages::code::{Process, Reason};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
 use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
+use soles::Store;
 
-struct Simulate(SimulatorProcess);
+struct Simulate {
+    process: SimulatorProcess,
+    soles: Store,
+}
 
 /// Who must be ready before time begins when nobody else is named.
 const NEEDED: [Process; 3] = [Process::Planner, Process::Estimator, Process::Controller];
@@ -16,16 +20,23 @@ impl Program for Simulate {
     type Settings = SimulatorSettings;
 
     fn build(settings: SimulatorSettings) -> Result<Self, Failure> {
-        SimulatorProcess::new(settings).map(Self).map_err(Failure::unusable)
+        let mut soles = Store::from_environment();
+        let process = SimulatorProcess::with_store(settings, &mut soles).map_err(Failure::unusable)?;
+        soles.starts().iter().for_each(|start| tracing::info!("{start}"));
+        Ok(Self { process, soles })
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
-        Some(self.0.robot_fingerprint())
+        Some(self.process.robot_fingerprint())
     }
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
         if shell.real_time() {
             return Err(Failure::unusable("the simulator runs in lock-step only: start it without --real-time"));
+        }
+        // Not before there is work to do: who only checks a configuration leaves nothing behind.
+        if let Err(error) = self.soles.write() {
+            tracing::warn!("condensed soles cannot be kept: {error}");
         }
         let mut commands = shell.subscriber(topic::ROBOT_COMMAND, 8)?;
         let mut starts = shell.subscriber(topic::WALK_START, 1)?;
@@ -35,9 +46,9 @@ impl Program for Simulate {
         if !shell.wait_for_others(&NEEDED)? {
             return Ok(End::Asked);
         }
-        states.publish(&self.0.unplaced())?;
+        states.publish(&self.process.unplaced())?;
         let Some(placing) = shell.wait_tick(&mut commands, -1)? else { return Ok(End::Asked) };
-        let mut output = self.0.place(&placing);
+        let mut output = self.process.place(&placing);
         loop {
             let tick = output.state.header.tick;
             states.publish(&output.state)?;
@@ -47,14 +58,14 @@ impl Program for Simulate {
                 return Ok(End::Over(reason));
             }
             if let Some(start) = starts.latest()? {
-                self.0.take_start(&start);
+                self.process.take_start(&start);
             }
             // The plant moves under the command before, while the others compute the answer to this state.
             shell.cycle_starts();
-            output = self.0.advance();
+            output = self.process.advance();
             shell.cycle_waits();
             let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
-            self.0.take_command(&command);
+            self.process.take_command(&command);
             if !shell.wait_for_recorder(tick)? {
                 return Ok(End::Asked);
             }
@@ -66,7 +77,7 @@ impl Program for Simulate {
 
 impl Simulate {
     fn report(&self, shell: &mut Shell, output: &SimulatorOutput) {
-        let figures = self.0.figures();
+        let figures = self.process.figures();
         let health = shell.figures();
         health.walk_time_s = output.truth.walk_time_s;
         health.distance_m = figures.distance_m;

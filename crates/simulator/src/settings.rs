@@ -14,6 +14,9 @@ use std::path::PathBuf;
 pub struct SimulatorSettings {
     /// Folder of the robot.
     pub robot: PathBuf,
+    /// Another sole than that of the robot's folder: a file like its `sole.toml`.
+    #[serde(default)]
+    pub sole_file: Option<PathBuf>,
     /// When the run ends.
     #[serde(default)]
     pub run: RunSettings,
@@ -58,12 +61,9 @@ pub enum SimulatorError {
         /// Number of joints.
         found: usize,
     },
-    /// Its soles as described.
+    /// Its soles.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
-    /// Its soles as the plant has them.
-    #[error("sole: {0}")]
-    PlantSole(#[from] sole::SoleError),
     /// A setting of the plant's soles.
     #[error(transparent)]
     Settings(#[from] plant::SettingsError),

@@ -3,9 +3,10 @@
 use messages::code::{Mode, Reason};
 use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, Plain, Plan, RobotCommand, RobotState, Truth, WalkStart};
 use nalgebra::DVector;
-use plant::{Plant, PlantCommand};
+use plant::{Plant, PlantCommand, PlantSole, PlantSoleSettings};
 use robot::{JointMap, Robot};
 use robot_model::walking_model;
+use soles::Store;
 
 use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
 use crate::figures::Figures;
@@ -53,14 +54,22 @@ impl SimulatorProcess {
     /// # Errors
     /// [`SimulatorError`] names file, field and value.
     pub fn new(settings: SimulatorSettings) -> Result<Self, SimulatorError> {
+        Self::with_store(settings, &mut Store::none())
+    }
+
+    /// The same with condensed soles that may have been kept.
+    ///
+    /// # Errors
+    /// [`SimulatorError`] names file, field and value.
+    pub fn with_store(settings: SimulatorSettings, store: &mut Store) -> Result<Self, SimulatorError> {
         settings.sole.check()?;
-        let robot = Robot::load(&settings.robot)?;
+        let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
         let (model, joints) = walking_model(&robot)?;
         if joints.interface_count() > MAX_JOINTS {
             let file = robot.folder.join("robot.toml");
             return Err(SimulatorError::TooManyJoints { file, found: joints.interface_count() });
         }
-        let soles = settings.sole.build(&soles::nominal(&robot)?)?;
+        let soles = soles(&settings.sole, &robot, store)?;
         let plant_settings = settings.plant(&robot, &model);
         let joint_count = model.joint_count();
         let gravity = model.gravity().norm();
@@ -207,4 +216,18 @@ impl SimulatorProcess {
             None
         }
     }
+}
+
+/// The plant's own soles, left and right.
+fn soles(settings: &PlantSoleSettings, robot: &Robot, store: &mut Store) -> Result<[PlantSole; 2], soles::SolesError> {
+    if settings.mesh_cells.is_some() {
+        soles::needs_a_block(robot, "sole.mesh_cells")?;
+    }
+    let nominal = soles::nominal(robot);
+    if let Some(plates) = settings.plates(&nominal) {
+        soles::needs_one_friction(robot)?;
+        return Ok(plates);
+    }
+    let models = soles::both(robot, &settings.left(&nominal), Some(settings.friction_factor), store)?;
+    Ok(models.map(PlantSole::from))
 }

@@ -338,7 +338,7 @@ impl StanceEstimator {
             report: StanceReport::new(n),
             in_stance: false,
             last: zero,
-            hull: crate::hull::convex(model.contact_points().iter().map(|p| p.xy())),
+            hull: sole_mesh::convex_hull(model.contact_points().iter().map(|p| p.xy())),
             friction_max: model.friction().iter().copied().fold(0.0, f64::max),
             positions: vec![Vec3::zeros(); n],
             forces: vec![Vec3::zeros(); n],

@@ -1,35 +1,6 @@
-//! Convex hull of the contact points.
+//! Where a point lies against the convex hull of the contact points.
 
 use nalgebra::Vector2;
-
-fn turn(a: &Vector2<f64>, b: &Vector2<f64>, c: &Vector2<f64>) -> f64 {
-    (b - a).perp(&(c - a))
-}
-
-/// Corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-pub(crate) fn convex(points: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
-    let mut points: Vec<_> = points.collect();
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let chain = |points: &mut dyn Iterator<Item = Vector2<f64>>| {
-        let mut out: Vec<Vector2<f64>> = Vec::new();
-        for p in points {
-            while out.len() >= 2 && turn(&out[out.len() - 2], &out[out.len() - 1], &p) <= 0.0 {
-                out.pop();
-            }
-            out.push(p);
-        }
-        out.pop();
-        out
-    };
-    let mut lower = chain(&mut points.iter().copied());
-    let upper = chain(&mut points.iter().rev().copied());
-    lower.extend(upper);
-    lower
-}
 
 /// How far (m) a point lies outside, 0 inside: beyond an edge of a counter-clockwise polygon *and* beyond all `points` in that
 /// edge's outward direction, so that points which have moved out over the polygon's edge count.
@@ -53,11 +24,12 @@ pub(crate) fn distance_outside(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sole_mesh::convex_hull;
 
     #[test]
     fn a_square_with_points_inside_has_four_corners() {
         let points = [(0.0, 0.0), (1.0, 0.0), (0.5, 0.5), (1.0, 1.0), (0.5, 0.0), (0.0, 1.0), (0.0, 0.0)];
-        let hull = convex(points.iter().map(|(x, y)| Vector2::new(*x, *y)));
+        let hull = convex_hull(points.iter().map(|(x, y)| Vector2::new(*x, *y)));
         assert_eq!(hull.len(), 4);
         let outside = |points: &[Vector2<f64>], x: f64| {
             distance_outside(hull.iter().copied(), points.iter().copied(), &Vector2::new(x, 0.2))

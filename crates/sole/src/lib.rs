@@ -22,7 +22,7 @@
 //! | `v` | slip of the sliding points since the previous tick | m |
 //!
 //! # What is here
-//! - [`Mesh`], [`Material`], [`ElasticBody`]: linear tetrahedra as in the paper (own box mesher, Gmsh files), sparse Cholesky by faer.
+//! - [`Mesh`], [`Material`], [`ElasticBody`]: linear tetrahedra as in the paper (own box mesher, Gmsh files: `sole_mesh`), sparse Cholesky by faer.
 //! - [`SoleModel`]: contact points and their compliance, at a [`Level`] from rigid corners to quadratic elements and patches, all behind one
 //!   interface; [`SoleModel::mirrored`] for the other foot; [`SoleModel::to_bytes`] to condense once.
 //! - [`StanceEstimator`]: force and ZMP in; pose, velocity, acceleration, node forces and states, tangent out; history of contact.
@@ -111,10 +111,7 @@ mod error;
 mod estimate;
 mod ground;
 mod hull;
-mod mesh;
-mod mesh_quality;
 mod model;
-mod msh;
 mod nested;
 mod patches;
 mod pose_driven;
@@ -129,10 +126,8 @@ pub use estimate::{
     EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
 };
 pub use ground::{Ground, Plane, Slope};
-pub use mesh::{ContactSet, Mesh};
-pub use mesh_quality::{ElementQuality, MeshQuality};
 pub use model::{Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
-pub use msh::{MshError, MshSets};
 pub use nested::{NestedEstimator, NestedReport, NestedSettings};
 pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};
+pub use sole_mesh::{ContactSet, ElementQuality, Mesh, MeshError, MeshQuality, MshError, MshSets};
 pub use vtk::deformed_sole_vtk;

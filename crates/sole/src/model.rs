@@ -2,7 +2,7 @@
 
 use crate::elasticity::spd_inverse;
 use crate::quadratic::QuadraticBody;
-use crate::{ContactSet, ElasticBody, Material, Mesh, SoleError, patches};
+use crate::{ContactSet, ElasticBody, Material, Mesh, MeshError, SoleError, patches};
 use nalgebra::DMatrix;
 use spatial::{Mat6, Vec3, so3};
 
@@ -190,7 +190,7 @@ impl SoleModel {
     /// coefficients and ankle (m), all in the sole frame.
     ///
     /// # Errors
-    /// [`SoleError::Count`], [`SoleError::Friction`], [`SoleError::NoContactCandidate`], [`SoleError::NotPositiveDefinite`].
+    /// [`SoleError::Count`], [`SoleError::Friction`], [`SoleError::Mesh`], [`SoleError::NotPositiveDefinite`].
     pub fn from_parts(
         points: Vec<Vec3>,
         compliance: DMatrix<f64>,
@@ -198,10 +198,10 @@ impl SoleModel {
         ankle_in_sole_m: Vec3,
     ) -> Result<Self, SoleError> {
         if points.is_empty() {
-            return Err(SoleError::NoContactCandidate);
+            return Err(MeshError::NoContactCandidate.into());
         }
         if let Some(node) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-            return Err(SoleError::NodeNotFinite { node });
+            return Err(MeshError::NodeNotFinite { node }.into());
         }
         for found in [friction.len(), compliance.nrows() / 3, compliance.ncols() / 3] {
             if found != points.len() {

@@ -1,6 +1,6 @@
 //! Contact patches: a fine mesh condensed onto a coarse grid (method 2.6, beyond the paper).
 
-use crate::{Mesh, SoleError};
+use crate::{Mesh, MeshError, SoleError};
 use spatial::{Mat6, Vec3};
 
 /// Patches as weighted nodes.
@@ -44,10 +44,11 @@ pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Grid, SoleError>
         ([low[0].min(p.x), low[1].min(p.y)], [high[0].max(p.x), high[1].max(p.y)])
     });
     if cells.contains(&0) {
-        return Err(SoleError::EmptyBox {
+        return Err(MeshError::EmptyBox {
             size_m: [high[0] - low[0], high[1] - low[1], 0.0],
             cells: [cells[0], cells[1], 1],
-        });
+        }
+        .into());
     }
     let mut area = vec![0.0; mesh.nodes.len()];
     let mut is_contact = vec![false; mesh.nodes.len()];

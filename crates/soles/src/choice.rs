@@ -10,13 +10,13 @@ use std::path::PathBuf;
 pub struct SoleChoice {
     /// How much of the sole is modelled.
     pub level: Option<SoleLevel>,
-    /// Boxes of the mesh along each edge, each cut into six tetrahedra.
+    /// Boxes of the mesh along each edge, each cut into six tetrahedra. For a block only: a mesh file is taken as it is.
     pub cells: Option<[u32; 3]>,
     /// Cells of the grid of the levels `patches` and `winkler`, forward and sideways: one contact point at each of its corners.
     pub patch_cells: [u32; 2],
     /// Multiplies Young's modulus.
     pub young_modulus_factor: f64,
-    /// Coulomb friction, the same everywhere.
+    /// Coulomb friction, the same everywhere, also where `sole.toml` has a list.
     pub friction: Option<f64>,
 }
 
@@ -37,16 +37,35 @@ pub enum SolesError {
         /// What is wrong.
         source: sole::SoleError,
     },
-    /// One coefficient per patch is not used by the processes.
-    #[error("{}: friction must be one number", .file.display())]
+    /// The levels `rigid` and `lumped` have no contact points of the mesh. Remedy: another level, or one coefficient.
+    #[error(
+        "{}: friction is a list, one value per contact point: the levels rigid and lumped have none; choose sole.level patches, winkler, \
+         fem or quadratic-fem, or give one number", .file.display()
+    )]
     FrictionList {
         /// The description.
         file: PathBuf,
     },
-    /// A mesh that is not built here.
-    #[error("{}: mesh.box_m and mesh.cells are needed", .file.display())]
-    Mesh {
+    /// A list of coefficients for another sole. Estimator and plant may have different contact points: the same `sole.level = "patches"` and
+    /// `sole.patch_cells` in both configurations give them the same.
+    #[error(
+        "{}: friction has {found} values, but at this level the sole has {expected} contact points: give as many (see sole.level and \
+         sole.patch_cells), or one number", .file.display()
+    )]
+    FrictionCount {
         /// The description.
         file: PathBuf,
+        /// Number of values.
+        found: usize,
+        /// Number of contact points.
+        expected: usize,
+    },
+    /// Cells for a mesh that is not cut into cells.
+    #[error("{key} is for a block, but the sole is the mesh {}, which is taken as it is: remove {key}", .file.display())]
+    CellsOfFile {
+        /// The mesh.
+        file: PathBuf,
+        /// Key in the process's configuration.
+        key: &'static str,
     },
 }

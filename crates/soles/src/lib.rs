@@ -2,67 +2,126 @@
 //!
 //! Estimator and simulator read the same `sole.toml` but must not be each other's mirror image: each replaces single figures
 //! in its configuration (the estimator by a [`SoleChoice`], the plant by its own settings on top of [`nominal`]). `sole.toml`
-//! describes the left sole; the right one is its reflection, point for point.
+//! describes the left sole, block or Gmsh mesh; the right one is its reflection, point for point.
+//!
+//! Condensing a sole takes tenths of a second to seconds. A [`Store`] keeps the result between runs.
 //!
 //! This is a crate of its own because the controller reads the robot's folder too and must not carry finite elements.
 
 mod choice;
+mod store;
 
 pub use choice::{SoleChoice, SolesError};
+pub use store::{Source, Start, Store};
 
 use robot::{ContactSet, Friction, Robot, SoleLevel};
-use sole::{Material, MeshSource, SoleModel, SoleSettings};
+use sole::{Level, Material, MeshSource, SoleModel, SoleSettings};
 use spatial::Vec3;
 
-/// The left sole as `sole.toml` describes it, all nodes of the mesh condensed.
-///
-/// # Errors
-/// [`SolesError`] names file, field and value.
-pub fn nominal(robot: &Robot) -> Result<SoleSettings, SolesError> {
+/// The left sole as `sole.toml` describes it, all nodes of the mesh condensed. Where friction is a list, the smallest of it stands here; the
+/// list itself is applied by [`both`].
+#[must_use]
+pub fn nominal(robot: &Robot) -> SoleSettings {
     let description = &robot.sole;
-    let file = robot.folder.join("sole.toml");
-    let mesh = match (description.mesh.box_m, description.mesh.cells) {
-        (Some(size_m), Some(cells)) => MeshSource::Box { size_m, cells: cells.map(|n| n as usize) },
-        _ => return Err(SolesError::Mesh { file }),
+    let mesh = match (&robot.sole_mesh, description.mesh.box_m, description.mesh.cells) {
+        (Some(mesh), _, _) => MeshSource::Mesh(mesh.clone()),
+        (None, Some(size_m), Some(cells)) => MeshSource::Box { size_m, cells: cells.map(|n| n as usize) },
+        _ => panic!("checked when read: a sole without a file is a block with cells"),
     };
-    let Friction::Uniform(friction) = description.friction else { return Err(SolesError::FrictionList { file }) };
-    Ok(SoleSettings {
+    SoleSettings {
         mesh,
         material: Material {
             young_modulus_pa: description.material.young_modulus_pa,
             poisson_ratio: description.material.poisson_ratio,
         },
-        friction,
+        friction: match &description.friction {
+            Friction::Uniform(mu) => *mu,
+            Friction::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
+        },
         contact: match description.contact {
             ContactSet::Bottom => sole::ContactSet::Bottom,
             ContactSet::All => sole::ContactSet::All,
         },
         ankle_in_sole_m: Vec3::from(description.foot.ankle_in_sole_m),
-        level: sole::Level::Fem,
-    })
+        level: Level::Fem,
+    }
 }
 
 /// Both soles, left and right, with the choices applied; `None` for [`SoleLevel::Rigid`], which needs no model.
 ///
 /// # Errors
 /// [`SolesError`] names file, field and value.
-pub fn build(robot: &Robot, choice: &SoleChoice) -> Result<Option<[SoleModel; 2]>, SolesError> {
-    let mut settings = nominal(robot)?;
+pub fn build(robot: &Robot, choice: &SoleChoice, store: &mut Store) -> Result<Option<[SoleModel; 2]>, SolesError> {
+    if choice.cells.is_some() {
+        needs_a_block(robot, "sole.cells")?;
+    }
+    let mut settings = nominal(robot);
     settings.level = match choice.level.unwrap_or(robot.sole.solver.level) {
         SoleLevel::Rigid => return Ok(None),
-        SoleLevel::Lumped => sole::Level::Lumped,
-        SoleLevel::Winkler => sole::Level::Winkler { cells: choice.patch_cells.map(|n| n as usize) },
-        SoleLevel::Fem => sole::Level::Fem,
-        SoleLevel::QuadraticFem => sole::Level::QuadraticFem,
-        SoleLevel::Patches => sole::Level::Patches { cells: choice.patch_cells.map(|n| n as usize) },
+        SoleLevel::Lumped => Level::Lumped,
+        SoleLevel::Winkler => Level::Winkler { cells: choice.patch_cells.map(|n| n as usize) },
+        SoleLevel::Fem => Level::Fem,
+        SoleLevel::QuadraticFem => Level::QuadraticFem,
+        SoleLevel::Patches => Level::Patches { cells: choice.patch_cells.map(|n| n as usize) },
     };
     if let (Some(chosen), MeshSource::Box { cells, .. }) = (choice.cells, &mut settings.mesh) {
         *cells = chosen.map(|n| n as usize);
     }
     settings.material.young_modulus_pa *= choice.young_modulus_factor;
     settings.friction = choice.friction.unwrap_or(settings.friction);
-    let file = robot.folder.join("sole.toml");
-    let left = SoleModel::build(&settings).map_err(|source| SolesError::Sole { file, source })?;
+    let list_factor = if choice.friction.is_some() { None } else { Some(1.0) };
+    both(robot, &settings, list_factor, store).map(Some)
+}
+
+/// Both soles, left and right, of what a process has made of the [`nominal`] one. The robot's list of friction coefficients, if there is one,
+/// is applied with a factor; `None`: one coefficient replaces it, that of the settings.
+///
+/// # Errors
+/// [`SolesError`] names file, field and value.
+pub fn both(
+    robot: &Robot,
+    settings: &SoleSettings,
+    list_factor: Option<f64>,
+    store: &mut Store,
+) -> Result<[SoleModel; 2], SolesError> {
+    let list = match (&robot.sole.friction, list_factor) {
+        (Friction::PerPatch(list), Some(factor)) => Some((list, factor)),
+        _ => None,
+    };
+    if list.is_some() && matches!(settings.level, Level::Rigid | Level::Lumped) {
+        needs_one_friction(robot)?;
+    }
+    let unsound = |source| SolesError::Sole { file: robot.sole_file.clone(), source };
+    let mut left = store.condense(settings).map_err(unsound)?;
+    if let Some((list, factor)) = list {
+        let (found, expected) = (list.len(), left.contact_points().len());
+        if found != expected {
+            return Err(SolesError::FrictionCount { file: robot.sole_file.clone(), found, expected });
+        }
+        left = left.with_friction(list.iter().map(|mu| factor * mu).collect()).map_err(unsound)?;
+    }
     let right = left.mirrored();
-    Ok(Some([left, right]))
+    Ok([left, right])
+}
+
+/// A mesh file is taken as it is: a process that would cut a block into other cells is told so.
+///
+/// # Errors
+/// [`SolesError::CellsOfFile`] with the key.
+pub fn needs_a_block(robot: &Robot, key: &'static str) -> Result<(), SolesError> {
+    match robot.sole.mesh_file(&robot.sole_file) {
+        Some(file) => Err(SolesError::CellsOfFile { file, key }),
+        None => Ok(()),
+    }
+}
+
+/// Levels without contact points of the mesh have no place for a list of coefficients.
+///
+/// # Errors
+/// [`SolesError::FrictionList`] with the file.
+pub fn needs_one_friction(robot: &Robot) -> Result<(), SolesError> {
+    match robot.sole.friction {
+        Friction::Uniform(_) => Ok(()),
+        Friction::PerPatch(_) => Err(SolesError::FrictionList { file: robot.sole_file.clone() }),
+    }
 }

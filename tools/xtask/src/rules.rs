@@ -6,21 +6,22 @@
 use crate::metadata::Metadata;
 
 /// Each package of the workspace and those it may use directly.
-const MAY_USE: [(&str, &[&str]); 29] = [
+const MAY_USE: [(&str, &[&str]); 30] = [
     // Vocabulary and numerics.
     ("spatial", &[]),
     ("qp", &[]),
     ("friction", &[]),
     // Models.
     ("multibody", &["spatial"]),
-    ("sole", &["friction", "spatial"]),
+    ("sole_mesh", &["spatial"]),
+    ("sole", &["friction", "sole_mesh", "spatial"]),
     // Behaviour.
     ("pattern", &["spatial"]),
     ("gait", &["pattern", "qp", "spatial"]),
     ("wholebody", &["multibody", "qp", "spatial"]),
     ("plant", &["multibody", "sole", "spatial"]),
     // The fence: nothing above knows of files, clocks, threads or other processes.
-    ("robot", &[]),
+    ("robot", &["sole_mesh"]),
     ("robot_model", &["multibody", "robot"]),
     ("scenario", &[]),
     ("soles", &["robot", "sole", "spatial"]),

@@ -26,8 +26,13 @@ pub fn walk(arguments: &[OsString]) -> anyhow::Result<()> {
         _ => (scenario_file(&metadata.root, OsStr::new("flat")), arguments),
     };
     let launcher = metadata.target.join("release/soleus-launch");
+    let mut command = Command::new(&launcher);
+    if std::env::var_os("SOLEUS_CACHE").is_none() {
+        // Condensed soles belong to a build, and go with `cargo clean`.
+        command.env("SOLEUS_CACHE", metadata.target.join("soles"));
+    }
     // Replaces this process, so that Ctrl-C and the exit code are the launcher's own.
-    let error = Command::new(&launcher).arg(scenario).args(options).exec();
+    let error = command.arg(scenario).args(options).exec();
     Err(error).with_context(|| format!("cannot start {}", launcher.display()))
 }
 

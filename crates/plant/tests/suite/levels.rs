@@ -15,7 +15,7 @@ fn the_robot_stands_on_every_level_and_the_foam_sinks_alike() {
     let q = robot::stand(&model, &ankles, com);
     let command = robot::command(&model, &q, &robot::resting_plan(&model, &q, &ankles, com, [0.5, 0.5]));
     for level in [Rigid, Lumped, Winkler, Patches, Fem, QuadraticFem] {
-        let soles = PlantSoleSettings { level, mesh_cells: [8, 5, 2], patch_cells: [5, 4], ..Default::default() };
+        let soles = PlantSoleSettings { level, mesh_cells: Some([8, 5, 2]), patch_cells: [5, 4], ..Default::default() };
         let soles = soles.build(&SoleSettings::default()).unwrap();
         let mut settings = robot::settings();
         settings.stabiliser.enabled = level != Rigid;

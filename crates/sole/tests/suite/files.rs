@@ -1,7 +1,8 @@
 //! Meshes from Gmsh, condensed soles as bytes, pictures for VTK.
 
 use sole::{
-    CacheError, Material, Mesh, MeshSource, MshError, MshSets, SoleError, SoleModel, SoleSettings, deformed_sole_vtk,
+    CacheError, Material, Mesh, MeshError, MeshSource, MshError, MshSets, SoleError, SoleModel, SoleSettings,
+    deformed_sole_vtk,
 };
 use spatial::{Transform, Vec3};
 
@@ -21,48 +22,21 @@ fn the_gmsh_sole_has_its_1494_elements_and_154_contact_nodes() {
     assert!((model.bonded_stiffness()[(2, 2)] / 422e3 - 1.0).abs() < 0.02);
 }
 
-/// The same box in format 2.2, written here.
-fn version_2(mesh: &Mesh, scale: f64) -> String {
-    let mut text = String::from(
-        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"clamped\"\n2 2 \"contact\"\n3 3 \"sole\"\n$EndPhysicalNames\n",
-    );
-    text += &format!("$Nodes\n{}\n", mesh.nodes.len());
-    for (i, p) in mesh.nodes.iter().enumerate() {
-        text += &format!("{} {:e} {:e} {:e}\n", i + 1, scale * p.x, scale * p.y, scale * p.z);
-    }
-    text += "$EndNodes\n";
-    let mut elements = Vec::new();
-    for face in mesh.surface() {
-        for (group, set) in [(1, &mesh.clamped), (2, &mesh.contact)] {
-            if face.iter().all(|i| set.contains(i)) {
-                elements.push(format!("2 2 {group} 1 {} {} {}", face[0] + 1, face[1] + 1, face[2] + 1));
-            }
-        }
-    }
-    for t in &mesh.tetrahedra {
-        elements.push(format!("4 2 3 1 {} {} {} {}", t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1));
-    }
-    text += &format!("$Elements\n{}\n", elements.len());
-    for (i, element) in elements.iter().enumerate() {
-        text += &format!("{} {element}\n", i + 1);
-    }
-    text + "$EndElements\n"
-}
-
 #[test]
 fn version_2_files_give_the_same_mesh() {
     let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
-    assert_eq!(Mesh::from_msh(&version_2(&mesh, 1.0), MshSets::Groups).expect("a mesh"), mesh);
+    assert_eq!(Mesh::from_msh(&mesh.to_msh(), MshSets::Groups).expect("a mesh"), mesh);
 }
 
 #[test]
 fn unsound_files_are_refused_with_the_place() {
     let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
-    let good = version_2(&mesh, 1.0);
+    let good = mesh.to_msh();
     let error = |text: &str| Mesh::from_msh(text, MshSets::Groups).expect_err("unsound");
-    assert!(
-        matches!(error(&version_2(&mesh, 1000.0)), MshError::Units { extent_m } if (extent_m - 230.0).abs() < 1e-9)
-    );
+    let mut millimetres = mesh.clone();
+    millimetres.nodes.iter_mut().for_each(|p| *p *= 1000.0);
+    let units = error(&millimetres.to_msh());
+    assert!(matches!(units, MshError::Units { extent_m } if (extent_m - 230.0).abs() < 1e-9), "{units}");
     assert!(matches!(error(&good.replace("2.2 0 8", "2.2 1 8")), MshError::Unsupported { .. }));
     assert!(matches!(error(&good.replace("2.2 0 8", "4.0 0 8")), MshError::Unsupported { .. }));
     assert!(matches!(error(&good.replace("\"clamped\"", "\"glued\"")), MshError::NoGroup { group: "clamped", .. }));
@@ -74,7 +48,7 @@ fn unsound_files_are_refused_with_the_place() {
     lines[first_tetrahedron] = format!("{} 4 2 3 1 {} {} {} {}", words[0], words[6], words[5], words[7], words[8]);
     let number: u64 = words[0].parse().expect("a number");
     let inverted = error(&(lines.join("\n") + "\n"));
-    let MshError::Unsound { defect: SoleError::BadElement { .. }, element, .. } = inverted else {
+    let MshError::Unsound { defect: MeshError::BadElement { .. }, element, .. } = inverted else {
         panic!("{inverted:?}")
     };
     assert_eq!(element, Some(number));
@@ -83,7 +57,7 @@ fn unsound_files_are_refused_with_the_place() {
     let with_stray = good.replace("$Nodes\n24\n", "$Nodes\n25\n77 0 0 0\n");
     let stray = error(&with_stray);
     assert!(
-        matches!(stray, MshError::Unsound { defect: SoleError::UnreferencedNode { .. }, node: Some(77), .. }),
+        matches!(stray, MshError::Unsound { defect: MeshError::UnreferencedNode { .. }, node: Some(77), .. }),
         "{stray:?}"
     );
 }

@@ -242,29 +242,29 @@ fn all_free_surface_nodes_as_candidates_include_the_bottom_ones() {
 
 #[test]
 fn unsound_meshes_materials_and_frictions_are_named() {
-    use sole::SoleError;
+    use sole::{MeshError, SoleError};
     let good = Mesh::kuhn_box([0.2, 0.1, 0.03], [2, 1, 1]).expect("a box");
     let broken = |change: &dyn Fn(&mut Mesh)| {
         let mut mesh = good.clone();
         change(&mut mesh);
         mesh.checked().expect_err("unsound")
     };
-    assert!(matches!(broken(&|m| m.tetrahedra[3].swap(0, 1)), SoleError::BadElement { element: 3, .. }));
-    assert!(matches!(broken(&|m| m.nodes[2].x = f64::NAN), SoleError::NodeNotFinite { node: 2 }));
-    assert!(matches!(broken(&|m| m.nodes.push(Vec3::zeros())), SoleError::UnreferencedNode { node: 12 }));
-    assert!(matches!(broken(&|m| m.tetrahedra[0][1] = 99), SoleError::UnknownNode { element: 0, node: 99 }));
-    assert!(matches!(broken(&|m| m.clamped.clear()), SoleError::NothingClamped));
-    assert!(matches!(broken(&|m| m.contact.clear()), SoleError::NoContactCandidate));
-    assert!(matches!(broken(&|m| m.contact.push(m.clamped[0])), SoleError::ClampedContact { .. }));
+    assert!(matches!(broken(&|m| m.tetrahedra[3].swap(0, 1)), MeshError::BadElement { element: 3, .. }));
+    assert!(matches!(broken(&|m| m.nodes[2].x = f64::NAN), MeshError::NodeNotFinite { node: 2 }));
+    assert!(matches!(broken(&|m| m.nodes.push(Vec3::zeros())), MeshError::UnreferencedNode { node: 12 }));
+    assert!(matches!(broken(&|m| m.tetrahedra[0][1] = 99), MeshError::UnknownNode { element: 0, node: 99 }));
+    assert!(matches!(broken(&|m| m.clamped.clear()), MeshError::NothingClamped));
+    assert!(matches!(broken(&|m| m.contact.clear()), MeshError::NoContactCandidate));
+    assert!(matches!(broken(&|m| m.contact.push(m.clamped[0])), MeshError::ClampedContact { .. }));
     assert!(matches!(
         broken(&|m| {
             let n = m.nodes.len();
             m.nodes.extend([Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]);
             m.tetrahedra.push([n, n + 1, n + 2, n + 3]);
         }),
-        SoleError::Disconnected { .. }
+        MeshError::Disconnected { .. }
     ));
-    assert!(matches!(Mesh::kuhn_box([0.0, 1.0, 1.0], [1, 1, 1]), Err(SoleError::EmptyBox { .. })));
+    assert!(matches!(Mesh::kuhn_box([0.0, 1.0, 1.0], [1, 1, 1]), Err(MeshError::EmptyBox { .. })));
     let settings = SoleSettings::default();
     let incompressible = Material { poisson_ratio: 0.5, ..FOAM };
     let error = SoleModel::build(&SoleSettings { material: incompressible, ..settings.clone() });

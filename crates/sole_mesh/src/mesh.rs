@@ -1,6 +1,6 @@
 //! Tetrahedral meshes of the sole: nodes, elements, the clamped and the contact set.
 
-use crate::SoleError;
+use crate::MeshError;
 use spatial::{Mat3, Vec3};
 
 /// A tetrahedral mesh of the undeformed sole in the sole frame, checked.
@@ -34,10 +34,10 @@ impl Mesh {
     /// around the diagonal (0,0,0)-(1,1,1). Node `i + (nx+1) (j + (ny+1) k)`; the top face is clamped.
     ///
     /// # Errors
-    /// [`SoleError::EmptyBox`] when an edge or a cell count is not positive.
-    pub fn kuhn_box(size_m: [f64; 3], cells: [usize; 3]) -> Result<Self, SoleError> {
+    /// [`MeshError::EmptyBox`] when an edge or a cell count is not positive.
+    pub fn kuhn_box(size_m: [f64; 3], cells: [usize; 3]) -> Result<Self, MeshError> {
         if size_m.iter().any(|s| !(s.is_finite() && *s > 0.0)) || cells.contains(&0) {
-            return Err(SoleError::EmptyBox { size_m, cells });
+            return Err(MeshError::EmptyBox { size_m, cells });
         }
         let [nx, ny, nz] = cells;
         let node = |i: usize, j: usize, k: usize| i + (nx + 1) * (j + (ny + 1) * k);
@@ -84,18 +84,18 @@ impl Mesh {
     ///
     /// # Errors
     /// The first defect found, with the element or node named.
-    pub fn checked(mut self) -> Result<Self, SoleError> {
+    pub fn checked(mut self) -> Result<Self, MeshError> {
         self.clamped.sort_unstable();
         self.clamped.dedup();
         self.contact.sort_unstable();
         self.contact.dedup();
         if let Some(node) = self.nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-            return Err(SoleError::NodeNotFinite { node });
+            return Err(MeshError::NodeNotFinite { node });
         }
         let n = self.nodes.len();
         for (element, corners) in self.tetrahedra.iter().enumerate() {
             if let Some(node) = corners.iter().copied().find(|c| *c >= n) {
-                return Err(SoleError::UnknownNode { element, node });
+                return Err(MeshError::UnknownNode { element, node });
             }
         }
         for element in 0..self.tetrahedra.len() {
@@ -103,7 +103,7 @@ impl Mesh {
             let edge = self.longest_edge(element);
             // A volume below rounding of the coordinates has no sign.
             if volume_m3 <= 8.0 * f64::EPSILON * edge * edge * self.extent() {
-                return Err(SoleError::BadElement { element, nodes: self.tetrahedra[element], volume_m3 });
+                return Err(MeshError::BadElement { element, nodes: self.tetrahedra[element], volume_m3 });
             }
         }
         let mut parent: Vec<usize> = (0..n).collect();
@@ -116,20 +116,20 @@ impl Mesh {
             }
         }
         if let Some(node) = used.iter().position(|u| !u) {
-            return Err(SoleError::UnreferencedNode { node });
+            return Err(MeshError::UnreferencedNode { node });
         }
         let first = self.tetrahedra.first().map_or(0, |t| root(&mut parent, t[0]));
         if let Some(node) = (0..n).find(|i| root(&mut parent, *i) != first) {
-            return Err(SoleError::Disconnected { node });
+            return Err(MeshError::Disconnected { node });
         }
         if self.clamped.is_empty() {
-            return Err(SoleError::NothingClamped);
+            return Err(MeshError::NothingClamped);
         }
         if self.contact.is_empty() {
-            return Err(SoleError::NoContactCandidate);
+            return Err(MeshError::NoContactCandidate);
         }
         if let Some(node) = self.contact.iter().copied().find(|c| self.clamped.binary_search(c).is_ok()) {
-            return Err(SoleError::ClampedContact { node });
+            return Err(MeshError::ClampedContact { node });
         }
         Ok(self)
     }
@@ -201,7 +201,7 @@ impl Mesh {
     ///
     /// # Errors
     /// As [`Mesh::checked`].
-    pub fn with_contact(mut self, set: ContactSet) -> Result<Self, SoleError> {
+    pub fn with_contact(mut self, set: ContactSet) -> Result<Self, MeshError> {
         let (low, _) = self.bounds();
         let tolerance = PLANE_TOLERANCE * self.extent();
         self.contact = match set {

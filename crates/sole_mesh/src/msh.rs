@@ -4,7 +4,7 @@
 //! matters here, and is no longer kept. What is read: `$PhysicalNames`, `$Entities`, `$Nodes`, `$Elements` (triangles and
 //! tetrahedra, of quadratic ones the corners); other sections are skipped.
 
-use crate::{Mesh, SoleError};
+use crate::{Mesh, MeshError};
 use spatial::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::{FromStr, SplitAsciiWhitespace};
@@ -70,7 +70,7 @@ pub enum MshError {
     #[error("{defect} (numbers in the file: node {node:?}, element {element:?})")]
     Unsound {
         /// What is wrong, counted from 0.
-        defect: SoleError,
+        defect: MeshError,
         /// Number of the node in the file.
         node: Option<u64>,
         /// Number of the element in the file.
@@ -154,11 +154,11 @@ impl Mesh {
         let numbers: Vec<u64> = file.tetrahedra.iter().map(|(number, _)| *number).collect();
         Mesh { clamped, contact, ..bare }.checked().map_err(|defect| {
             let (node, element) = match &defect {
-                SoleError::NodeNotFinite { node }
-                | SoleError::UnreferencedNode { node }
-                | SoleError::Disconnected { node }
-                | SoleError::ClampedContact { node } => (Some(tags[*node]), None),
-                SoleError::BadElement { element, .. } => (None, Some(numbers[*element])),
+                MeshError::NodeNotFinite { node }
+                | MeshError::UnreferencedNode { node }
+                | MeshError::Disconnected { node }
+                | MeshError::ClampedContact { node } => (Some(tags[*node]), None),
+                MeshError::BadElement { element, .. } => (None, Some(numbers[*element])),
                 _ => (None, None),
             };
             MshError::Unsound { defect, node, element }
