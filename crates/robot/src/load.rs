@@ -45,8 +45,7 @@ impl Robot {
         check::robot(&file, &description)?;
         let urdf = read(&folder.join(&description.urdf))?;
         let sole_file = sole_file.map_or_else(|| folder.join("sole.toml"), Path::to_owned);
-        let sole: SoleDescription = parse(&sole_file, &read(&sole_file)?)?;
-        check::sole(&sole_file, &sole)?;
+        let sole = SoleDescription::load(&sole_file)?;
         let sole_mesh = sole.mesh_file(&sole_file).map(|file| read_mesh(&file)).transpose()?;
         let fingerprint = fingerprint(&[&urdf, &text]);
         Ok(Self { folder: folder.to_owned(), urdf, description, sole, sole_file, sole_mesh, fingerprint })
@@ -59,6 +58,18 @@ impl Robot {
             Some(mesh) => mesh.outline(),
             None => Outline::block(self.sole.mesh.box_m.expect("checked when read: a sole without a file is a block")),
         }
+    }
+}
+
+impl SoleDescription {
+    /// Reads a `sole.toml`, not the mesh that it may name.
+    ///
+    /// # Errors
+    /// [`RobotError`] names file, field, what was found and what was expected.
+    pub fn load(file: &Path) -> Result<Self, RobotError> {
+        let sole: Self = parse(file, &read(file)?)?;
+        check::sole(file, &sole)?;
+        Ok(sole)
     }
 }
 

@@ -56,17 +56,17 @@
 //!
 //! | | median | p99 |
 //! |---|---|---|
-//! | estimator, 1512 tets, 104 contacts, 1e-6 | 58 | 296 |
-//! | the same, both feet in double support | 135 | 594 |
-//! | the same, one foot, nested scheme of the paper | 3300 | 5960 |
-//! | estimator, 1500 tets, 66 contacts, 1e-6 | 26 | 122 |
-//! | the same, nested scheme of the paper | 1190 | 1840 |
-//! | estimator, 42 patches, 1e-6 | 14 | 80 |
-//! | friction, cold, 1e-8, 66 contacts | 75 | 104 |
-//! | friction, cold, 1e-8, 104 contacts | 198 | 295 |
-//! | pose-driven, 72 patches, warm | 36 | 71 |
+//! | estimator, 1512 tets, 104 contacts, 1e-6 | 58 | 275 |
+//! | the same, both feet in double support | 132 | 531 |
+//! | the same, one foot, nested scheme of the paper | 3200 | 5770 |
+//! | estimator, 1500 tets, 66 contacts, 1e-6 | 25 | 116 |
+//! | the same, nested scheme of the paper | 1150 | 1790 |
+//! | estimator, 42 patches, 1e-6 | 14 | 81 |
+//! | friction, cold, 1e-8, 66 contacts | 75 | 115 |
+//! | friction, cold, 1e-8, 104 contacts | 193 | 285 |
+//! | pose-driven, 72 patches, warm | 38 | 74 |
 //!
-//! The machine is shared: beside other work, as here, all rows take about a tenth longer than on a quiet one.
+//! The machine is shared: another run, beside other work, had 58 and 296 in the first row.
 //! The slow ticks are the first one and the last ones before lift-off, where at a load of a few newtons all 61 points slide at once.
 //!
 //! `python3 tools/oracles/sole.py`: displacements differ from scikit-fem's by at most 2.1e-14 of the largest on four soles.

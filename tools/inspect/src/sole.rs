@@ -206,8 +206,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         door::write(&example())?;
         return Ok(Outcome::Solved);
     };
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    let description: SoleDescription = toml::from_str(&text).with_context(|| path.display().to_string())?;
+    let description = SoleDescription::load(path)?;
     let settings = settings(arguments, &description, path)?;
     let start = Instant::now();
     let mut model = SoleModel::build(&settings)?;
@@ -270,12 +269,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn settings(arguments: &Arguments, description: &SoleDescription, path: &Path) -> anyhow::Result<SoleSettings> {
-    let file = match (&arguments.mesh, &description.mesh.file) {
-        (Some(mesh), _) => Some(mesh.clone()),
-        (None, Some(name)) => Some(path.parent().unwrap_or(Path::new(".")).join(name)),
-        (None, None) => None,
-    };
-    let mesh = match file {
+    let mesh = match arguments.mesh.clone().or_else(|| description.mesh_file(path)) {
         Some(file) => {
             let text = std::fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))?;
             MeshSource::Mesh(Mesh::from_msh(&text, MshSets::Either).with_context(|| file.display().to_string())?)

@@ -17,7 +17,7 @@ pub struct Summary {
     com_error_m: Errors,
     zmp_error_m: Errors,
     cart_table_error_m: Errors,
-    cart_table_zmp_m: BTreeMap<i64, [f64; 2]>,
+    planned_zmp_m: BTreeMap<i64, [f64; 2]>,
     compute_ns: BTreeMap<u32, Vec<u64>>,
     misses: u64,
     estimates: Estimates,
@@ -73,20 +73,26 @@ impl Summary {
 
     /// Takes a command: its plan is for the tick after its own.
     pub fn command(&mut self, command: &RobotCommand) {
-        self.commands.insert(command.header.tick + 1, *command);
+        let tick = command.header.tick + 1;
+        self.commands.insert(tick, *command);
+        if command.walk_time_s >= 0.0 {
+            self.planned_zmp_m.insert(tick, command.plan.zmp_m);
+        }
         while self.commands.len() > 512 {
             self.commands.pop_first();
         }
+        while self.planned_zmp_m.len() > 512 {
+            self.planned_zmp_m.pop_first();
+        }
     }
 
-    /// Takes what the estimator says.
+    /// Takes what the estimator says. The plan of the same tick must have come before.
     pub fn deformation(&mut self, deformation: &SoleDeformation) {
         let feet = &deformation.feet;
         let cart_table =
             [0, 1].map(|axis| feet.iter().map(|foot| foot.load_share * foot.planned_zmp_m[axis]).sum::<f64>());
-        self.cart_table_zmp_m.insert(deformation.header.tick, cart_table);
-        while self.cart_table_zmp_m.len() > 512 {
-            self.cart_table_zmp_m.pop_first();
+        if let (Some(planned), None) = (self.planned_zmp_m.remove(&deformation.header.tick), self.fallen()) {
+            self.cart_table_error_m.add(distance(&planned, &cart_table));
         }
         for foot in deformation.feet.iter().filter(|foot| foot.in_contact == 1) {
             let estimates = &mut self.estimates;
@@ -110,15 +116,11 @@ impl Summary {
         self.last = Some((*truth, now));
         let tick = truth.header.tick;
         let command = self.commands.remove(&tick);
-        let cart_table = self.cart_table_zmp_m.remove(&tick);
         let walking = command.is_some_and(|command| command.walk_time_s >= 0.0) && truth.fallen == 0;
         if let (Some(command), true) = (command, walking) {
             let plan = &command.plan;
             self.com_error_m.add(distance(&plan.com_position_m[..2], &truth.com_position_m[..2]));
             self.zmp_error_m.add(distance(&plan.zmp_m, &truth.zmp_m));
-            if let Some(zmp_m) = cart_table {
-                self.cart_table_error_m.add(distance(&plan.zmp_m, &zmp_m));
-            }
         }
     }
 
