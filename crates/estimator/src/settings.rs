@@ -44,11 +44,11 @@ pub struct SolverSettings {
 
 impl Default for SolverSettings {
     fn default() -> Self {
-        let default = sole::EstimatorSettings::default();
+        // Far above what a walk needs (8 and 0), and within some tens of milliseconds in the worst case.
         Self {
-            tolerance: default.tolerance,
-            iterations_max: default.iterations_max,
-            continuation_iterations_max: default.continuation_iterations_max,
+            tolerance: sole::EstimatorSettings::default().tolerance,
+            iterations_max: 30,
+            continuation_iterations_max: 400,
         }
     }
 }

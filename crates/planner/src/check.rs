@@ -73,6 +73,20 @@ pub enum NotWalkable {
         /// Largest one allowed.
         max_deg: f64,
     },
+    /// A sole would be pressed too thin.
+    #[error(
+        "at {time_s:.3} s the {foot} sole is pressed together by {part:.3} of its thickness on average, more than {max}: take a stiffer or thicker sole or raise sole_compression_max"
+    )]
+    SoleCompression {
+        /// Walk time.
+        time_s: f64,
+        /// Which foot.
+        foot: &'static str,
+        /// Largest mean compression, a part of the thickness.
+        part: f64,
+        /// Largest one allowed.
+        max: f64,
+    },
     /// A leg is too short.
     #[error(
         "at {time_s:.3} s the {leg} leg is {by_m:.4} m too short: lower gait.body.com_height_m or shorten the steps"
@@ -109,15 +123,21 @@ pub(crate) fn word(side: Side) -> &'static str {
 }
 
 /// Measures the plan on a 1 ms grid and refuses what robot and soles cannot do.
-pub(crate) fn check(plan: &Plan, gait: &GaitSettings, robot: &Robot) -> Result<CheckReport, NotWalkable> {
+/// `friction`: instead of the robot's.
+pub(crate) fn check(
+    plan: &Plan,
+    gait: &GaitSettings,
+    robot: &Robot,
+    friction: Option<f64>,
+) -> Result<CheckReport, NotWalkable> {
     let legs = RobotLegs::new(robot)?;
     let report = gait::check(plan, gait, GRID_S, Some(&legs));
     let worst = |quantity: Quantity| report.worst.iter().find(|worst| worst.quantity == quantity);
-    let friction = match &robot.sole.friction {
+    let of_the_robot = || match &robot.sole.friction {
         Friction::Uniform(mu) => *mu,
         Friction::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
     };
-    let available = FRICTION_USE_MAX * friction;
+    let available = FRICTION_USE_MAX * friction.unwrap_or_else(of_the_robot);
     // Comparisons are written so that a value that is not a number is refused.
     if let Some(w) = worst(Quantity::FrictionDemand) {
         let enough = w.value <= available;
@@ -191,7 +211,7 @@ mod tests {
         // Both feet, loaded at least while the other swings.
         let swings: f64 = 11.0 * 0.8 / messages::CONTROL_PERIOD_S;
         assert!(soles.ticks as f64 > swings, "{soles:?}");
-        assert!((0.5..5.0).contains(&soles.tilt_rad.to_degrees()), "{soles:?}");
+        assert!((0.5..5.0).contains(&soles.tilt_rad.value.to_degrees()), "{soles:?}");
     }
 
     /// Along the edge of a soft sole: lambda 1 keeps the ZMP at the inner margin.
@@ -215,6 +235,15 @@ mod tests {
     }
 
     #[test]
+    fn foam_that_is_pressed_too_thin_is_refused_with_its_compression() {
+        let refused = plan(&["sole.young_modulus_factor=0.1", "sole_tilt_max_deg=90.0", "gait.cost.lambda=0.0"]);
+        let Err(PlannerError::NotWalkable(refused)) = refused else { panic!("not refused") };
+        let NotWalkable::SoleCompression { part, max, .. } = refused else { panic!("{refused}") };
+        assert_eq!(max, 0.1);
+        assert!((0.1..1.0).contains(&part), "{part}");
+    }
+
+    #[test]
     fn a_walk_on_ice_is_refused_for_its_friction() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
         let settings: PlannerSettings = scenario::load(&folder.join("../../config/planner.toml"), &[])
@@ -222,7 +251,7 @@ mod tests {
         let plan = gait::plan(&settings.gait).expect("it can be planned");
         let mut robot = Robot::load(&settings.robot).expect("the robot that ships is read");
         robot.sole.friction = Friction::Uniform(0.01);
-        let refused = check(&plan, &settings.gait, &robot).expect_err("no walk needs so little");
+        let refused = check(&plan, &settings.gait, &robot, None).expect_err("no walk needs so little");
         assert!(matches!(refused, NotWalkable::Friction { needed, .. } if needed > 0.01), "{refused}");
     }
 }

@@ -3,7 +3,7 @@
 //! The configuration says where the feet go, how long the phases last and what is minimised; [`gait`] solves the quadratic
 //! program. The finished pattern is measured once more on a 1 ms grid and refused if friction or ZMP are beyond the soles or the
 //! legs cannot follow (reach, joint limits); then the estimator's equilibrium is solved for every tick of every stance, and the pattern
-//! refused if a sole cannot carry it or would tilt too much. With time, foot and amount. Planned once, before anything moves; the process stays to
+//! refused if a sole cannot carry it or would tilt or be pressed together too much. With time, foot and amount. Planned once, before anything moves; the process stays to
 //! serve those who come later.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
@@ -12,7 +12,7 @@ mod check;
 mod reach;
 mod settings;
 
-pub use carry::SoleCheck;
+pub use carry::{Largest, SoleCheck};
 pub use check::NotWalkable;
 pub use reach::{LegsError, RobotLegs};
 pub use settings::{PlannerError, PlannerSettings};
@@ -45,10 +45,10 @@ pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
     settings.check(&robot)?;
     let gait = settings.gait_of(&robot);
     let plan = gait::plan(&gait)?;
-    let check = check::check(&plan, &gait, &robot)?;
+    let check = check::check(&plan, &gait, &robot, settings.sole.friction)?;
     let models = soles::build(&robot, &settings.sole, &mut soles::Store::none())?;
-    let carry = |models| carry::carry(&plan.pattern, models, settings.sole_tilt_max_deg);
-    let soles = models.map(carry).transpose()?;
+    let carried = models.map(|models| carry::carry(&plan.pattern, models)).transpose()?;
+    let soles = carried.map(|soles| soles.within(settings)).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
     Ok(PlannerOutput { plan, check, soles, header, phases })
 }

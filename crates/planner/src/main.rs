@@ -15,8 +15,11 @@ impl Program for Plan {
     fn build(settings: PlannerSettings) -> Result<Self, Failure> {
         let planned = planner::plan(&settings).map_err(Failure::unusable)?;
         if let Some(soles) = &planned.soles {
-            let degrees = soles.tilt_rad.to_degrees();
-            tracing::info!("the soles carry the walk; largest tilt {degrees:.1} degrees at {:.2} s", soles.time_s);
+            let (tilt_deg, compressed) = (soles.tilt_rad.value.to_degrees(), 100.0 * soles.compression.value);
+            tracing::info!(
+                "the soles carry the walk; at most {tilt_deg:.1} degrees of tilt (at {:.2} s), {compressed:.1} % of compression",
+                soles.tilt_rad.time_s
+            );
         }
         Ok(Self(planned))
     }

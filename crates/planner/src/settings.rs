@@ -20,6 +20,10 @@ pub struct PlannerSettings {
     /// Largest angle between a sole and the ground: from 5 degrees on linear elasticity is doubtful ([`sole::Status::DoubtfulTilt`]).
     #[serde(default = "sole_tilt_max_deg")]
     pub sole_tilt_max_deg: f64,
+    /// Largest mean compression of a sole, a part of its thickness: from a tenth on linear elasticity is doubtful
+    /// ([`sole::Status::DoubtfulCompression`]).
+    #[serde(default = "sole_compression_max")]
+    pub sole_compression_max: f64,
     /// The soles that must carry it: what replaces the robot's `sole.toml`; level `rigid` asks none.
     #[serde(default)]
     pub sole: SoleChoice,
@@ -27,6 +31,10 @@ pub struct PlannerSettings {
 
 fn sole_tilt_max_deg() -> f64 {
     5.0
+}
+
+fn sole_compression_max() -> f64 {
+    0.1
 }
 
 /// Why there is no walk.
@@ -55,6 +63,9 @@ pub enum PlannerError {
     /// A limit that is none.
     #[error("sole_tilt_max_deg = {0}: expected 0 to 90 degrees")]
     SoleTiltMax(f64),
+    /// A limit that is none.
+    #[error("sole_compression_max = {0}: expected 0 to 1, a part of the thickness")]
+    SoleCompressionMax(f64),
     /// The soles cannot be built.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
@@ -76,6 +87,9 @@ impl PlannerSettings {
     pub(crate) fn check(&self, robot: &Robot) -> Result<(), PlannerError> {
         if !(0.0..=90.0).contains(&self.sole_tilt_max_deg) {
             return Err(PlannerError::SoleTiltMax(self.sole_tilt_max_deg));
+        }
+        if !(0.0..=1.0).contains(&self.sole_compression_max) {
+            return Err(PlannerError::SoleCompressionMax(self.sole_compression_max));
         }
         let file = robot.sole_file.clone();
         let [length_m, width_m] = robot.sole_outline().carrying_m;
