@@ -188,7 +188,12 @@ impl Ears {
     }
 
     fn listen(&mut self) -> Result<(), ReceiveError> {
-        // Truth first, so that the plans it is held against, published earlier, are all there when it is used.
+        // Backwards along what follows from what (command k - 1, truth k, deformation k), so that whatever a message is held
+        // against is there when it is used.
+        let mut deformations = Vec::new();
+        while let Some(deformation) = self.deformations.try_next()? {
+            deformations.push(deformation);
+        }
         let mut truths = Vec::new();
         while let Some(truth) = self.truth.try_next()? {
             truths.push(truth);
@@ -196,11 +201,9 @@ impl Ears {
         while let Some(command) = self.commands.try_next()? {
             self.summary.command(&command);
         }
-        while let Some(deformation) = self.deformations.try_next()? {
-            self.summary.deformation(&deformation);
-        }
         self.begun |= !truths.is_empty();
         truths.iter().for_each(|truth| self.summary.truth(truth));
+        deformations.iter().for_each(|deformation| self.summary.deformation(deformation));
         for (process, subscriber) in &mut self.health {
             while let Some(health) = subscriber.try_next()? {
                 self.summary.health(&health);

@@ -86,12 +86,14 @@ impl Summary {
         }
     }
 
-    /// Takes what the estimator says. The plan of the same tick must have come before.
+    /// Takes what the estimator says. Plan and truth of the same tick must have come before.
     pub fn deformation(&mut self, deformation: &SoleDeformation) {
         let feet = &deformation.feet;
         let cart_table =
             [0, 1].map(|axis| feet.iter().map(|foot| foot.load_share * foot.planned_zmp_m[axis]).sum::<f64>());
-        if let (Some(planned), None) = (self.planned_zmp_m.remove(&deformation.header.tick), self.fallen()) {
+        let tick = deformation.header.tick;
+        let upright = self.last.is_some_and(|(truth, _)| truth.fallen == 0 || tick < truth.fall_tick);
+        if let (Some(planned), true) = (self.planned_zmp_m.remove(&tick), upright) {
             self.cart_table_error_m.add(distance(&planned, &cart_table));
         }
         for foot in deformation.feet.iter().filter(|foot| foot.in_contact == 1) {
@@ -261,5 +263,27 @@ mod tests {
         assert!((summary.distance_m() - 0.3).abs() < 1e-12);
         assert_eq!(summary.fallen(), Some(1.5));
         assert!(summary.table().contains("yes, 1.50 s after the start: tilted too far"), "{}", summary.table());
+    }
+
+    #[test]
+    fn the_cart_table_is_held_against_each_plan_until_the_robot_falls() {
+        let mut summary = Summary::default();
+        let fallen_from = 7;
+        for tick in 5..10 {
+            let mut command = RobotCommand { header: Header::new(tick - 1, 7), ..RobotCommand::default() };
+            command.plan.zmp_m = [1.0, 2.0];
+            summary.command(&command);
+            let fallen = u32::from(tick >= fallen_from);
+            summary.truth(&Truth { header: Header::new(tick, 7), fallen, fall_tick: fallen_from, ..Truth::default() });
+        }
+        // They come last, late even.
+        for tick in 5..10 {
+            let mut deformation = SoleDeformation { header: Header::new(tick, 7), ..SoleDeformation::default() };
+            deformation.feet[0].load_share = 1.0;
+            deformation.feet[0].planned_zmp_m = [1.0, 2.03];
+            summary.deformation(&deformation);
+        }
+        assert_eq!(summary.cart_table_error_m.count, 2, "ticks 5 and 6");
+        assert!((summary.cart_table_error_m.max - 0.03).abs() < 1e-12);
     }
 }
