@@ -9,6 +9,7 @@ use nalgebra::DVector;
 /// That number estimates the relative error that [`aba`] makes alone. It is near 1e-15 for ordinary robots and grows with
 /// the condition number of M: two links folded onto each other, a point mass on three joints. The step itself gains little,
 /// for [`rnea`] and [`aba`] round alike; a large number says that the forces hardly determine the accelerations here.
+/// Infinite where the result is not finite: the articulated inertia of a joint vanished, or an input was NaN.
 /// How good the estimate is: `tools/oracles/dynamics.py --exact`. Takes two [`aba`] and one [`rnea`].
 pub fn aba_refined(
     model: &Model,
@@ -27,6 +28,9 @@ pub fn aba_refined(
     ws.unrefined.copy_from(out);
     aba(model, ws, q, v, &forces, out);
     ws.forces = forces;
+    if !out.iter().all(|x| x.is_finite()) {
+        return f64::INFINITY;
+    }
     let change = out.iter().zip(&ws.unrefined).map(|(after, before)| (after - before).abs()).fold(0.0, f64::max);
     // The smallest number only keeps 0 / 0 away.
     change / out.amax().max(f64::MIN_POSITIVE)

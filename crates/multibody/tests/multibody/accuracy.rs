@@ -85,3 +85,12 @@ fn a_robot_at_rest_reports_zero() {
     let (still, q) = (DVector::zeros(2), Configuration { joints: dvector![0.3, 0.4], ..model.neutral() });
     assert_eq!(aba_refined(&model, &mut Workspace::new(&model), &q, &still, &still, &mut vd), 0.0);
 }
+
+#[test]
+fn a_result_that_is_no_number_is_reported_as_infinitely_wrong() {
+    let model = pendulum();
+    let mut vd = DVector::zeros(2);
+    let (still, q) = (DVector::zeros(2), Configuration { joints: dvector![0.3, 0.4], ..model.neutral() });
+    let tau = dvector![f64::NAN, 0.0];
+    assert_eq!(aba_refined(&model, &mut Workspace::new(&model), &q, &still, &tau, &mut vd), f64::INFINITY);
+}
