@@ -6,9 +6,9 @@ use nalgebra::DVector;
 pub struct Settings {
     /// Largest relative residual, see the crate. 1e-4 to 1e-8 are common; 1e-12 is reachable with Newton.
     pub tolerance: f64,
-    /// Gauss-Seidel sweeps.
+    /// Gauss-Seidel sweeps. [`solve`] takes up to four turns, of at most 60, 20, 100 and this many.
     pub sweeps_max: usize,
-    /// Newton iterations.
+    /// Newton iterations; in each of the turns of [`solve`].
     pub newton_iterations_max: usize,
     /// Outer iterations of the proximal method; each costs up to `sweeps_max` sweeps.
     pub proximal_iterations_max: usize,
@@ -126,7 +126,13 @@ pub fn solve(problem: &ContactProblem, workspace: &mut Workspace, settings: &Set
     /// Newton then runs in circles, as at friction 2 on a thick nearly incompressible sole, other starts do.
     const SWEEPS: [usize; 4] = [60, 20, 100, usize::MAX];
     let mut iterations = 0;
-    let mut best: Option<Report> = None;
+    let mut best: Option<(Report, Vec<LocalState>)> = None;
+    let mut keep = |report: Report, states: &[LocalState]| {
+        let better = best.as_ref().is_none_or(|(best, _)| report.residual.relative < best.residual.relative);
+        if better {
+            best = Some((report, states.to_vec()));
+        }
+    };
     for sweeps in SWEEPS {
         let turn = Settings { sweeps_max: settings.sweeps_max.min(sweeps), ..*settings };
         let swept = gauss_seidel(problem, workspace, &turn);
@@ -134,23 +140,27 @@ pub fn solve(problem: &ContactProblem, workspace: &mut Workspace, settings: &Set
         if swept.status == Status::Solved {
             return Report { iterations, ..swept };
         }
-        let start = workspace.force.clone();
+        let (start, states) = (workspace.force.clone(), workspace.states.clone());
+        keep(swept, &states);
         let polished = newton(problem, workspace, settings);
         iterations += polished.iterations;
         if polished.status == Status::Solved {
             return Report { iterations, ..polished };
         }
+        keep(polished, &workspace.states);
+        // The next turn goes on from the sweeps: a Newton that runs in circles leads nowhere.
         workspace.force.copy_from_slice(&start);
-        best = Some(swept);
+        workspace.states.copy_from_slice(&states);
     }
-    let before = workspace.force.clone();
     let last = proximal(problem, workspace, settings);
     iterations += last.iterations;
-    match best {
-        Some(swept) if swept.residual.relative < last.residual.relative => {
-            workspace.force.copy_from_slice(&before);
-            Report { iterations, ..swept }
-        }
-        _ => Report { iterations, ..last },
+    if last.status == Status::Solved {
+        return Report { iterations, ..last };
     }
+    keep(last, &workspace.states);
+    let (best, states) = best.expect("four turns and the proximal method have said something");
+    workspace.force.copy_from_slice(best.force.as_slice());
+    workspace.delta.copy_from_slice(best.delta.as_slice());
+    workspace.states.copy_from_slice(&states);
+    Report { iterations, ..best }
 }
