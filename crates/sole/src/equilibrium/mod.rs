@@ -146,7 +146,8 @@ pub(crate) struct Equilibrium {
     /// force and moment about O less those wanted, world axes
     misfit: Vec6,
     saved: Saved,
-    floor_n: f64,
+    /// What rounding leaves of a force (N).
+    pub(crate) floor_n: f64,
     floor_m: f64,
     rho: Vec<f64>,
     pub(crate) work: Work,
