@@ -20,7 +20,7 @@ mod sole;
 pub use description::{Capsule, EnergyCoefficients, Feet, FootDescription, LimitFactors, RobotDescription, ServoGains};
 pub use error::RobotError;
 pub use joint_map::JointMap;
-pub use load::{Robot, fingerprint};
+pub use load::{Robot, fingerprint, read_mesh};
 pub use sole::{
     ContactSet, FootMounting, Friction, MaterialDescription, MeshDescription, SoleDescription, SoleLevel,
     SolverDescription,

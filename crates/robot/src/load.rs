@@ -77,7 +77,11 @@ impl SoleDescription {
 /// what a foot can be mounted to.
 const OFF_CENTRE_MAX_M: f64 = 1e-5;
 
-fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
+/// Reads a Gmsh mesh of a left sole, drawn about the origin of the sole frame.
+///
+/// # Errors
+/// [`RobotError`] names the file and what is wrong: the element, the node, how far its middle is off.
+pub fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
     let refused = |source| RobotError::Mesh { file: file.to_owned(), source };
     let mesh = Mesh::from_msh(&read(file)?, MshSets::Either).map_err(refused)?;
     let centre = mesh.outline().centre_m;

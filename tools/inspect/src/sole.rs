@@ -3,8 +3,8 @@
 use crate::door::{self, Outcome};
 use ::sole::{
     ContactReport, ContactStatus, ElementQuality, EstimatorSettings, Foothold, Level, Material, Mesh, MeshQuality,
-    MeshSource, MshSets, NodeState, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings,
-    StanceEstimator, StanceReference, StanceReport, Status,
+    MeshSource, NodeState, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator,
+    StanceReference, StanceReport, Status,
 };
 use anyhow::Context;
 use nalgebra::{Matrix3, Vector2};
@@ -270,10 +270,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 fn settings(arguments: &Arguments, description: &SoleDescription, path: &Path) -> anyhow::Result<SoleSettings> {
     let mesh = match arguments.mesh.clone().or_else(|| description.mesh_file(path)) {
-        Some(file) => {
-            let text = std::fs::read_to_string(&file).with_context(|| format!("{}: cannot be read", file.display()))?;
-            MeshSource::Mesh(Mesh::from_msh(&text, MshSets::Either).with_context(|| file.display().to_string())?)
-        }
+        Some(file) => MeshSource::Mesh(robot::read_mesh(&file)?),
         None => MeshSource::Box {
             size_m: description.mesh.box_m.context("[mesh]: box_m and cells, or file, expected")?,
             cells: description.mesh.cells.context("[mesh]: box_m and cells, or file, expected")?.map(|n| n as usize),
