@@ -1,0 +1,153 @@
+//! What the estimator answers.
+
+use super::NodeState;
+use nalgebra::Vector2;
+use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
+
+/// Outcome of a tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Status {
+    /// No stance: the foot is in the air.
+    InAir,
+    /// Solved.
+    Converged,
+    /// Solved, but tilted so far that linear elasticity is doubtful.
+    DoubtfulTilt {
+        /// Angle between sole and ground (rad).
+        tilt_rad: f64,
+    },
+    /// Solved, little tilted, but pressed so far that linear elasticity is doubtful.
+    DoubtfulCompression {
+        /// [`StanceReport::compression`].
+        part: f64,
+    },
+    /// Without friction position and heading are free: no unique pose.
+    Indeterminate,
+    /// The vertical force is not positive.
+    NoLoad {
+        /// Vertical force wanted (N).
+        normal_n: f64,
+    },
+    /// The horizontal force exceeds the friction available.
+    OutsideFrictionCone {
+        /// Horizontal force wanted (N).
+        tangential_n: f64,
+        /// Largest one allowed (N).
+        limit_n: f64,
+    },
+    /// The ZMP lies outside the contact points, undeformed at the last pose as well as where they were at the last tick (a tilted
+    /// sole's edge that sticks is further out than its undeformed projection).
+    ZmpOutsideSole {
+        /// Distance beyond the outermost point (m).
+        by_m: f64,
+    },
+    /// No pose carries this load: following it from the last one that was carried stops on the way. At full load that is the fold of
+    /// the first tick, whose references turn with the sole (35): see the crate.
+    Fold {
+        /// ZMP of the last load that was carried (m).
+        reached_zmp_m: Vector2<f64>,
+        /// Part of the way to the wanted load.
+        fraction: f64,
+    },
+    /// Iteration limit.
+    NotConverged,
+    /// NaN or infinite input; nothing was touched.
+    InvalidInput,
+}
+
+impl Status {
+    /// Is the report's pose the answer to this tick's reference?
+    #[must_use]
+    pub fn is_solved(&self) -> bool {
+        matches!(self, Self::Converged | Self::DoubtfulTilt { .. } | Self::DoubtfulCompression { .. })
+    }
+}
+
+/// Answer of a tick. When the status is not solved, pose, forces and derivatives are those of the last solved tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StanceReport {
+    /// Outcome.
+    pub status: Status,
+    /// Pose `X_WS` of the sole frame.
+    pub sole_pose: Transform,
+    /// Velocity of the sole's origin and angular velocity, world axes.
+    pub twist: Twist,
+    /// Acceleration of the sole's origin and angular acceleration, world axes.
+    pub acceleration: Twist,
+    /// Pose of the ankle frame (axes of the foot).
+    pub ankle_pose: Transform,
+    /// At the ankle, world axes.
+    pub ankle_twist: Twist,
+    /// At the ankle, world axes.
+    pub ankle_acceleration: Twist,
+    /// Wrench of the ground on the sole about the sole's origin, world axes.
+    pub wrench: Wrench,
+    /// ZMP reached (m).
+    pub zmp: Vector2<f64>,
+    /// Vertical moment about the ZMP (N m).
+    pub moment_z_nm: f64,
+    /// How far the points in contact lie below their undeformed places, on average, as a part of the sole's thickness; 0 for a sole of
+    /// unknown thickness.
+    pub compression: f64,
+    /// Rate of the wrench (about the sole's moving origin, world axes) with the pose (position, rotation vector in the world),
+    /// at frozen node states. Negative definite in essence: deeper means more force.
+    pub tangent: Mat6,
+    /// Inverse of the tangent: pose change per wrench change.
+    pub compliance: Mat6,
+    /// World positions of the contact points (m).
+    pub node_positions: Vec<Vec3>,
+    /// World forces on the contact points (N).
+    pub node_forces: Vec<Vec3>,
+    /// States of the contact points.
+    pub node_states: Vec<NodeState>,
+    /// Scaled residual of force and moments, see [`EstimatorSettings::tolerance`](super::EstimatorSettings::tolerance).
+    pub residual: f64,
+    /// Largest violation of the contact laws, from the compliance (N), see `friction`'s scaled residual.
+    pub law_violation_n: f64,
+    /// Newton iterations, all attempts together.
+    pub iterations: usize,
+    /// Points off, sticking, sliding.
+    pub free: usize,
+    /// See `free`.
+    pub sticking: usize,
+    /// See `free`.
+    pub sliding: usize,
+    /// Points that landed and lifted during the iterations.
+    pub landings: usize,
+    /// See `landings`.
+    pub lift_offs: usize,
+    /// Ticks since the reported pose was solved.
+    pub age_ticks: u32,
+}
+
+impl StanceReport {
+    pub(super) fn new(points: usize) -> Self {
+        Self {
+            status: Status::InAir,
+            sole_pose: Transform::identity(),
+            twist: Twist::zero(),
+            acceleration: Twist::zero(),
+            ankle_pose: Transform::identity(),
+            ankle_twist: Twist::zero(),
+            ankle_acceleration: Twist::zero(),
+            wrench: Wrench::zero(),
+            zmp: Vector2::zeros(),
+            moment_z_nm: 0.0,
+            compression: 0.0,
+            tangent: Mat6::zeros(),
+            compliance: Mat6::zeros(),
+            node_positions: vec![Vec3::zeros(); points],
+            node_forces: vec![Vec3::zeros(); points],
+            node_states: vec![NodeState::Free; points],
+            residual: 0.0,
+            law_violation_n: 0.0,
+            iterations: 0,
+            free: points,
+            sticking: 0,
+            sliding: 0,
+            landings: 0,
+            lift_offs: 0,
+            age_ticks: 0,
+        }
+    }
+}
