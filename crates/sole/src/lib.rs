@@ -66,7 +66,7 @@
 //! | friction, cold, 1e-8, 104 contacts | 193 | 285 |
 //! | pose-driven, 72 patches, warm | 38 | 74 |
 //!
-//! The machine is shared: another run, beside other work, had 58 and 296 in the first row.
+//! The machine is shared: the first row had 56 and 331, 58 and 296 in runs beside other work.
 //! The slow ticks are the first one and the last ones before lift-off, where at a load of a few newtons all 61 points slide at once.
 //!
 //! `python3 tools/oracles/sole.py`: displacements differ from scikit-fem's by at most 2.1e-14 of the largest on four soles.
