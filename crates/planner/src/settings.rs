@@ -113,12 +113,12 @@ impl PlannerSettings {
         Ok(())
     }
 
-    /// The walk for this robot: where its soles reach farther than the rectangles that carry, as round ones do, the feet keep their
+    /// The walk for this robot: where its soles reach farther than the rectangles it counts on, as round ones do, the feet keep their
     /// distance between the soles and not only between the rectangles.
     pub(crate) fn gait_of(&self, robot: &Robot) -> GaitSettings {
         let mut gait = self.gait.clone();
-        let outline = robot.sole_outline();
-        let [beyond_x_m, beyond_y_m] = [0, 1].map(|axis| 0.5 * (outline.size_m[axis] - outline.carrying_m[axis]));
+        let [length_m, width_m, _] = robot.sole_outline().size_m;
+        let [beyond_x_m, beyond_y_m] = [0.5 * (length_m - gait.sole.length_m), 0.5 * (width_m - gait.sole.width_m)];
         // The inner edge of one sole, and the farthest corner of the other, which may be turned.
         gait.limits.feet_gap_min_m += beyond_y_m + beyond_x_m.hypot(beyond_y_m);
         gait
@@ -142,11 +142,17 @@ mod tests {
     fn a_block_changes_nothing_and_round_soles_keep_their_own_distance() {
         let (settings, robot) = shipped(None);
         assert_eq!(settings.gait_of(&robot), settings.gait);
-        let (settings, robot) = shipped(Some("sole-rounded.toml"));
+        let (mut settings, robot) = shipped(Some("sole-rounded.toml"));
         let outline = robot.sole_outline();
-        let beyond_m = settings.gait_of(&robot).limits.feet_gap_min_m - settings.gait.limits.feet_gap_min_m;
-        // At least both inner edges.
-        assert!(beyond_m > outline.size_m[1] - outline.carrying_m[1] && beyond_m < 0.03, "{beyond_m}");
+        let [carrying_length_m, carrying_width_m] = outline.carrying_m;
+        // What carries, and a millimetre less: at least both inner edges, counted from the rectangle that the gait knows.
+        for (length_m, width_m) in [outline.carrying_m.into(), (carrying_length_m - 1e-3, carrying_width_m - 1e-3)] {
+            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (length_m, width_m);
+            let beyond_m = settings.gait_of(&robot).limits.feet_gap_min_m - settings.gait.limits.feet_gap_min_m;
+            let edge_m = 0.5 * (outline.size_m[1] - width_m);
+            let corner_m = edge_m.hypot(0.5 * (outline.size_m[0] - length_m));
+            assert!((beyond_m - edge_m - corner_m).abs() < 1e-12 && beyond_m < 0.035, "{beyond_m}");
+        }
     }
 
     #[test]

@@ -150,7 +150,5 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
     file.range("material.young_modulus_pa", sole.material.young_modulus_pa, POSITIVE)?;
     file.range("material.poisson_ratio", sole.material.poisson_ratio, COMPRESSIBLE)?;
     sole.foot.ankle_in_sole_m.iter().try_for_each(|x| file.range("foot.ankle_in_sole_m", *x, FINITE))?;
-    file.range("solver.tolerance", sole.solver.tolerance, POSITIVE)?;
-    file.range("solver.newton_iterations_max", f64::from(sole.solver.newton_iterations_max), POSITIVE)?;
-    file.range("solver.contact_iterations_max", f64::from(sole.solver.contact_iterations_max), POSITIVE)
+    file.range("solver.tolerance", sole.solver.tolerance, POSITIVE)
 }

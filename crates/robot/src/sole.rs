@@ -38,9 +38,20 @@ pub enum Friction {
     /// The same everywhere.
     Uniform(f64),
     /// One per contact point of the left sole, in the order in which the level has them: the levels `patches` and `winkler` row by row from
-    /// the right rear corner, x running fastest; `fem` and `quadratic-fem` in the mesh's order of its contact nodes. The right sole has
+    /// the right rear corner, x running fastest, without those beyond a round sole; `fem` and `quadratic-fem` in the mesh's order of its contact nodes. The right sole has
     /// the mirrored ones. The level `lumped` has no such points, `rigid` no such friction.
     PerPatch(Vec<f64>),
+}
+
+impl Friction {
+    /// The smallest coefficient there is.
+    #[must_use]
+    pub fn smallest(&self) -> f64 {
+        match self {
+            Self::Uniform(mu) => *mu,
+            Self::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
+        }
+    }
 }
 
 /// Nodes that may touch the ground.
@@ -114,22 +125,18 @@ pub enum SoleLevel {
     Patches,
 }
 
-/// Accuracy and limits of the contact problem and of the search for the pose.
+/// How it is computed where nothing else is said.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverDescription {
     /// How much of the sole is modelled.
     pub level: SoleLevel,
-    /// Scaled residual at which a solution is accepted.
+    /// Scaled residual at which a solution is accepted by `soleus-inspect sole`; the processes have their own in their configurations.
     pub tolerance: f64,
-    /// Newton steps on the pose at most.
-    pub newton_iterations_max: u32,
-    /// Sweeps over the contact nodes at most.
-    pub contact_iterations_max: u32,
 }
 
 impl Default for SolverDescription {
     fn default() -> Self {
-        Self { level: SoleLevel::Fem, tolerance: 1e-10, newton_iterations_max: 25, contact_iterations_max: 2500 }
+        Self { level: SoleLevel::Fem, tolerance: 1e-10 }
     }
 }

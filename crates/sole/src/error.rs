@@ -39,8 +39,8 @@ pub enum SoleError {
         /// Its size.
         size: usize,
     },
-    /// A contact patch holds no node of the fine mesh. Remedy: fewer patches or a finer mesh.
-    #[error("patch {column}, {row} holds no mesh node: fewer patches or a finer mesh")]
+    /// A contact patch within the sole holds no node of the fine mesh. Remedy: fewer patches, a finer mesh, or [`crate::Level::Fem`].
+    #[error("patch {column}, {row} holds no mesh node: fewer patches, a finer mesh, or the level fem")]
     EmptyPatch {
         /// Its place along x.
         column: usize,

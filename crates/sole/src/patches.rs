@@ -1,7 +1,13 @@
 //! Contact patches: a fine mesh condensed onto a coarse grid (method 2.6, beyond the paper).
 
+use crate::hull::distance_outside;
 use crate::{Mesh, MeshError, SoleError};
+use nalgebra::Vector2;
+use sole_mesh::convex_hull;
 use spatial::{Mat6, Vec3};
+
+/// Farther outside a patch lies beyond the sole (m): rounding puts those of a block's edge no farther.
+const ON_THE_EDGE_M: f64 = 1e-9;
 
 /// Patches as weighted nodes.
 pub(crate) struct Grid {
@@ -37,7 +43,8 @@ pub(crate) fn equivalent_corners(bonded: &Mat6) -> Vec<(Vec3, f64)> {
 
 /// For each point of a grid of `cells` over the bottom face the mesh nodes it stands for with weights
 /// `a_i N_j(x_i) / sum_i a_i N_j(x_i)`: nodal area times bilinear hat, normalised. A patch's position and displacement are the
-/// weighted means of its nodes', its force is spread with the same weights, so work is the same on both levels.
+/// weighted means of its nodes', its force is spread with the same weights, so work is the same on both levels. Where a round sole does not
+/// reach, beyond the hull of its contact nodes, there is no node and no patch; the weights of the others still divide the whole area.
 pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Grid, SoleError> {
     let (low, high) = mesh.contact.iter().fold(([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]), |(low, high), i| {
         let p = mesh.nodes[*i];
@@ -69,6 +76,7 @@ pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Grid, SoleError>
     let mut patches = Vec::with_capacity((cells[0] + 1) * (cells[1] + 1));
     let mut shares = Vec::with_capacity(patches.capacity());
     let whole: f64 = area.iter().sum();
+    let hull = convex_hull(mesh.contact.iter().map(|i| mesh.nodes[*i].xy()));
     for j in 0..=cells[1] {
         for i in 0..=cells[0] {
             let mut patch = Vec::new();
@@ -83,6 +91,12 @@ pub(crate) fn weights(mesh: &Mesh, cells: [usize; 2]) -> Result<Grid, SoleError>
             }
             let total: f64 = patch.iter().map(|(_, weight)| weight).sum();
             if patch.is_empty() {
+                let along =
+                    |axis: usize, k: usize| low[axis] + (high[axis] - low[axis]) * k as f64 / cells[axis] as f64;
+                let place = Vector2::new(along(0, i), along(1, j));
+                if distance_outside(hull.iter().copied(), hull.iter().copied(), &place) > ON_THE_EDGE_M {
+                    continue;
+                }
                 return Err(SoleError::EmptyPatch { column: i, row: j });
             }
             for (_, weight) in &mut patch {

@@ -12,7 +12,8 @@ pub struct SoleChoice {
     pub level: Option<SoleLevel>,
     /// Boxes of the mesh along each edge, each cut into six tetrahedra. For a block only: a mesh file is taken as it is.
     pub cells: Option<[u32; 3]>,
-    /// Cells of the grid of the levels `patches` and `winkler`, forward and sideways: one contact point at each of its corners.
+    /// Cells of the grid of the levels `patches` and `winkler`, forward and sideways: one contact point at each of its corners
+    /// that lies on the sole.
     pub patch_cells: [u32; 2],
     /// Multiplies Young's modulus.
     pub young_modulus_factor: f64,
@@ -46,15 +47,18 @@ pub enum SolesError {
         /// The description.
         file: PathBuf,
     },
-    /// A list of coefficients for another sole. Estimator and plant may have different contact points: the same `sole.level = "patches"` and
-    /// `sole.patch_cells` in both configurations give them the same.
+    /// A list of coefficients for another sole. Planner, estimator and plant may have different contact points: the same `sole.level` and
+    /// `sole.patch_cells` in all three configurations give them the same.
     #[error(
-        "{}: friction has {found} values, but at this level the sole has {expected} contact points: give as many (see sole.level and \
-         sole.patch_cells), or one number", .file.display()
+        "{}: friction has {found} values, but at this process's sole.level = \"{level}\" the sole has {expected} contact points: give as many, \
+         with the same sole.level and sole.patch_cells in the configurations of planner, estimator and simulator; or one number",
+        .file.display()
     )]
     FrictionCount {
         /// The description.
         file: PathBuf,
+        /// Level of the process that counted.
+        level: &'static str,
         /// Number of values.
         found: usize,
         /// Number of contact points.

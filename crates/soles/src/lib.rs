@@ -34,10 +34,7 @@ pub fn nominal(robot: &Robot) -> SoleSettings {
             young_modulus_pa: description.material.young_modulus_pa,
             poisson_ratio: description.material.poisson_ratio,
         },
-        friction: match &description.friction {
-            Friction::Uniform(mu) => *mu,
-            Friction::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
-        },
+        friction: description.friction.smallest(),
         contact: match description.contact {
             ContactSet::Bottom => sole::ContactSet::Bottom,
             ContactSet::All => sole::ContactSet::All,
@@ -96,12 +93,29 @@ pub fn both(
     if let Some((list, factor)) = list {
         let (found, expected) = (list.len(), left.contact_points().len());
         if found != expected {
-            return Err(SolesError::FrictionCount { file: robot.sole_file.clone(), found, expected });
+            return Err(SolesError::FrictionCount {
+                file: robot.sole_file.clone(),
+                level: name(&settings.level),
+                found,
+                expected,
+            });
         }
         left = left.with_friction(list.iter().map(|mu| factor * mu).collect()).map_err(unsound)?;
     }
     let right = left.mirrored();
     Ok([left, right])
+}
+
+/// As configurations spell it.
+fn name(level: &Level) -> &'static str {
+    match level {
+        Level::Rigid => "rigid",
+        Level::Lumped => "lumped",
+        Level::Winkler { .. } => "winkler",
+        Level::Fem => "fem",
+        Level::QuadraticFem => "quadratic-fem",
+        Level::Patches { .. } => "patches",
+    }
 }
 
 /// A mesh file is taken as it is: a process that would cut a block into other cells is told so.

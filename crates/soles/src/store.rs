@@ -20,8 +20,13 @@ use std::time::{Duration, Instant, SystemTime};
 const FOLDER: &str = "SOLEUS_CACHE";
 /// Ending of an entry's name.
 const ENDING: &str = "sole";
-/// Entries kept in a folder, the latest: each build of a program writes its own, 0.2 to 4 MB each.
-const ENTRIES_MAX: usize = 64;
+/// Bytes kept in a folder, the latest entries: each build of a program writes its own. An entry grows with the square of its contact points:
+/// hundreds of those that ship fit in, some twenty with 600 points.
+const BYTES_MAX: u64 = 256 << 20;
+/// From this age on a file that was being written belongs to a process that was stopped meanwhile: entries are written within seconds.
+const STALE: Duration = Duration::from_secs(3600);
+/// Ending of a file that is being written.
+const UNFINISHED: &str = "tmp";
 
 /// Where condensed soles are kept, and what this process found there.
 #[derive(Debug, Default)]
@@ -74,7 +79,7 @@ impl Store {
     #[must_use]
     pub fn from_environment() -> Self {
         let Some(folder) = std::env::var_os(FOLDER).filter(|folder| !folder.is_empty()) else { return Self::none() };
-        match this_build() {
+        match this_program().and_then(|program| build(&program)) {
             Ok(build) => Self::in_folder(Path::new(&folder), build),
             // A program that cannot find itself keeps nothing: it could not say what wrote an entry.
             Err(_) => Self::none(),
@@ -133,7 +138,7 @@ impl Store {
             let target = entry(folder, key);
             static NUMBER: AtomicU64 = AtomicU64::new(0);
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            let own = target.with_extension(format!("{}-{number}.tmp", std::process::id()));
+            let own = target.with_extension(format!("{}-{number}.{UNFINISHED}", std::process::id()));
             let written = std::fs::write(&own, bytes).and_then(|()| std::fs::rename(&own, &target));
             if written.is_err() {
                 // What is left of it is in nobody's way, but nobody's either.
@@ -156,27 +161,43 @@ fn entry(folder: &Path, key: u64) -> PathBuf {
     folder.join(format!("{key:016x}.{ENDING}"))
 }
 
+/// Keeps the latest entries, the newest in any case, and removes what stopped writers left.
 fn forget_the_oldest(folder: &Path) -> io::Result<()> {
-    let mut entries: Vec<(SystemTime, PathBuf)> = Vec::new();
+    let now = SystemTime::now();
+    let mut entries: Vec<(SystemTime, PathBuf, u64)> = Vec::new();
     for found in std::fs::read_dir(folder)? {
         let path = found?.path();
         // One that another process has just removed is not there to be removed.
-        if let (true, Ok(metadata)) = (path.extension().is_some_and(|ending| ending == ENDING), path.metadata()) {
-            entries.push((metadata.modified()?, path));
+        let Ok(metadata) = path.metadata() else { continue };
+        let modified = metadata.modified()?;
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some(ENDING) => entries.push((modified, path, metadata.len())),
+            // A time in the future is no age.
+            Some(UNFINISHED) if now.duration_since(modified).is_ok_and(|age| age > STALE) => {
+                let _ = std::fs::remove_file(path);
+            }
+            _ => {}
         }
     }
     entries.sort();
-    for (_, path) in entries.iter().rev().skip(ENTRIES_MAX) {
-        let _ = std::fs::remove_file(path);
+    let mut bytes = 0;
+    for (kept, (_, path, size)) in entries.iter().rev().enumerate() {
+        bytes += size;
+        if kept > 0 && bytes > BYTES_MAX {
+            let _ = std::fs::remove_file(path);
+        }
     }
     Ok(())
 }
 
-/// Hash of which file the running program is, as it was last changed, and of the vector instructions that its numerics may choose from. (Its
+/// The running program. On Linux what runs, even if another file has its name since.
+fn this_program() -> io::Result<PathBuf> {
+    if cfg!(target_os = "linux") { Ok(PathBuf::from("/proc/self/exe")) } else { std::env::current_exe() }
+}
+
+/// Hash of which file a program is, as it was last changed, and of the vector instructions that its numerics may choose from. (Its
 /// content would take longer to read than most soles to condense.)
-fn this_build() -> io::Result<u64> {
-    // On Linux what runs, even if another file has its name since.
-    let program = if cfg!(target_os = "linux") { PathBuf::from("/proc/self/exe") } else { std::env::current_exe()? };
+fn build(program: &Path) -> io::Result<u64> {
     let file = program.metadata()?;
     let mut hash = DefaultHasher::new();
     (file.dev(), file.ino(), file.size()).hash(&mut hash);
@@ -202,6 +223,7 @@ fn this_build() -> io::Result<u64> {
 mod tests {
     use super::*;
     use sole::{Level, MeshSource};
+    use std::io::Write;
 
     const LEVELS: [Level; 5] = [
         Level::Lumped,
@@ -330,17 +352,42 @@ mod tests {
         assert!(store.write().is_err());
 
         let full = tempfile::tempdir().expect("a folder");
-        for key in 0..ENTRIES_MAX as u64 {
-            std::fs::write(entry(full.path(), key), "old").expect("an entry");
+        let file = |path: &Path, age_s: u64, bytes: u64| {
+            let file = std::fs::File::create(path).expect("a file");
+            file.set_len(bytes).expect("a sparse file");
+            file.set_modified(SystemTime::now() - Duration::from_secs(age_s)).expect("a file's time");
+        };
+        // Four quarters of what is kept, the oldest last, and others' files.
+        for age in 0..4 {
+            file(&entry(full.path(), age), 60 * (1 + age), BYTES_MAX / 4);
         }
-        std::fs::write(full.path().join("somebody.else"), "").expect("a file");
+        let [writing, stopped, other] = ["1-0.tmp", "2-0.tmp", "somebody.else"].map(|name| full.path().join(name));
+        file(&writing, 60, 10);
+        file(&stopped, STALE.as_secs() + 60, 10);
+        file(&other, STALE.as_secs() + 60, 10);
         started(full.path(), 1, &settings(Level::Fem));
-        assert_eq!(entries(full.path()).len(), ENTRIES_MAX + 1, "the latest entries, and the file of somebody else");
+        let there: Vec<bool> = (0..4).map(|age| entry(full.path(), age).exists()).collect();
+        assert_eq!(there, [true, true, true, false], "the oldest makes room");
+        assert!(writing.exists() && !stopped.exists() && other.exists());
         assert_eq!(started(full.path(), 1, &settings(Level::Fem)).1, Source::Kept);
     }
 
     #[test]
-    fn a_program_knows_itself() {
-        assert_eq!(this_build().expect("a running program"), this_build().expect("a running program"));
+    fn a_program_is_known_by_its_file_and_not_by_its_content_or_name() {
+        let running = build(&this_program().expect("a running program")).expect("readable");
+        let named = std::env::current_exe().expect("it has a name");
+        assert_eq!(build(&named).expect("readable"), running);
+        let folder = tempfile::tempdir().expect("a folder");
+        let copied = folder.path().join("copy");
+        std::fs::copy(&named, &copied).expect("a copy");
+        let copy = build(&copied).expect("readable");
+        assert_ne!(copy, running, "the same content, another file");
+        std::fs::OpenOptions::new()
+            .append(true)
+            .open(&copied)
+            .and_then(|mut file| file.write_all(b"\0"))
+            .expect("writable");
+        assert_ne!(build(&copied).expect("readable"), copy, "a file that has changed");
+        assert!(build(&folder.path().join("none")).is_err());
     }
 }

@@ -273,4 +273,44 @@ fn unsound_meshes_materials_and_frictions_are_named() {
     assert!(matches!(error, Err(SoleError::Friction { point: 0, .. })));
     let error = SoleModel::build(&SoleSettings { level: Level::Patches { cells: [40, 40] }, ..settings });
     assert!(matches!(error, Err(SoleError::EmptyPatch { .. })));
+    // Patches on a block's edge are within it, however its corners round.
+    let error = SoleModel::build(&SoleSettings { level: Level::Patches { cells: [40, 1] }, ..SoleSettings::default() });
+    assert!(matches!(error, Err(SoleError::EmptyPatch { .. })));
+}
+
+/// An ellipse of 0.23 x 0.13 m: squares about the origin become circles, then the circles ellipses.
+fn ellipse() -> Mesh {
+    let mut mesh = Mesh::kuhn_box([2.0, 2.0, 0.021], [16, 16, 2]).expect("a block");
+    for p in &mut mesh.nodes {
+        let square = p.x.abs().max(p.y.abs());
+        let norm = p.xy().norm().max(f64::MIN_POSITIVE);
+        (p.x, p.y) = (0.115 * p.x * square / norm, 0.065 * p.y * square / norm);
+    }
+    mesh.checked().expect("sound")
+}
+
+#[test]
+fn a_round_sole_has_no_patches_where_it_does_not_reach_and_is_as_stiff_as_without_patches() {
+    let mesh = sole::MeshSource::Mesh(ellipse());
+    let at = |level| SoleModel::build(&SoleSettings { mesh: mesh.clone(), level, ..SoleSettings::default() });
+    let grid = at(Level::Patches { cells: [8, 7] }).expect("a sole");
+    let points = grid.contact_points();
+    assert_eq!(
+        points.len(),
+        72 - 4,
+        "the corners of the grid are off the sole, their neighbours hold nodes on its edge"
+    );
+    assert!(points.iter().all(|p| (p.x / 0.115).hypot(p.y / 0.065) <= 1.0 + 1e-12), "on the sole");
+    assert_eq!(grid.mirrored().contact_points().len(), points.len());
+    // All points bonded to the ground: what a patch does not hold would be missing here.
+    let vertical = |model: &SoleModel| {
+        let n = model.contact_points().len();
+        let row = |i: usize| (0..n).map(move |j| model.stiffness()[(3 * i + 2, 3 * j + 2)]);
+        (0..n).flat_map(row).sum::<f64>()
+    };
+    let every_node = at(Level::Fem).expect("a sole");
+    let (coarse, fine) = (vertical(&grid), vertical(&every_node));
+    assert!(coarse < fine && coarse > 0.99 * fine, "{coarse} of {fine}");
+    let springs = at(Level::Winkler { cells: [8, 7] }).expect("a sole");
+    assert_eq!(springs.contact_points().len(), points.len());
 }
