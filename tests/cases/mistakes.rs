@@ -67,6 +67,23 @@ fn a_broken_robot_is_named_with_file_and_place() {
 }
 
 #[test]
+fn processes_on_different_soles_do_not_walk() {
+    let _alone = alone();
+    let thick = robot_with("sole.toml", |sole| sole.replace("0.103]", "0.112]"));
+    let file = thick.path().join("sole.toml");
+    for process in ["estimator", "controller"] {
+        let refused = Launch::short_walk().set(&format!("{process}.sole_file={}", file.display())).finish();
+        assert_ne!(refused.code(), 0, "{}", refused.stderr);
+        let file = file.display().to_string();
+        assert_refused(
+            &refused,
+            refused.code(),
+            &[process, "another sole", "ankle_height_m = 0.103000", &file, "0.112000"],
+        );
+    }
+}
+
+#[test]
 fn an_infeasible_gait_is_refused_before_anything_moves() {
     let _alone = alone();
     let refused = Launch::short_walk().set("planner.gait.walk.step_length_m=2.0").finish();

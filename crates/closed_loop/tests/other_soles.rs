@@ -135,7 +135,7 @@ fn friction_point_by_point_is_that_of_the_point() {
     // The heel row of patches polished: its points can carry a tenth of their load sideways.
     let polished = friction_list((0..72).map(|point| if point % 9 == 0 { 0.1 } else { 0.65 }));
     let polished = sole("", &[("friction = 0.65", &polished)]);
-    let (_, ticks) = walk(Some(&polished), &PATCHES);
+    let (_, ticks) = walk(Some(&polished), &[&PATCHES[..], &["controller.constraints.friction=0.1"]].concat());
     let (mut steepest_heel, mut steepest) = (0.0_f64, 0.0_f64);
     for contact in ticks.iter().flat_map(|tick| &tick.contact.feet) {
         for point in 0..contact.count as usize {
@@ -163,12 +163,15 @@ fn what_does_not_fit_the_sole_is_refused_by_name() {
             assert!(message.contains(word), "no `{word}` in: {message}");
         }
     };
-    expect(refused(&listed, &[]), &["estimator", "thick.toml", "friction has 72 values", "104 contact points"]);
+    expect(
+        refused(&listed, &[]),
+        &["estimator", "thick.toml", "friction has 72 values", "\"fem\"", "104 contact points"],
+    );
     expect(refused(&listed, &["estimator.sole.level=lumped"]), &["thick.toml", "friction is a list", "patches"]);
     let patches = ["estimator.sole.level=patches", "simulator.sole.level=rigid"];
     expect(refused(&listed, &patches), &["simulator", "thick.toml", "friction is a list"]);
     let patches = ["estimator.sole.level=patches", "simulator.sole.patch_cells=[4, 3]"];
-    expect(refused(&listed, &patches), &["simulator", "friction has 72 values", "20 contact points"]);
+    expect(refused(&listed, &patches), &["simulator", "friction has 72 values", "\"patches\"", "20 contact points"]);
 
     let thick = sole(GMSH, &[FILE, ("0.103", "0.112")]);
     let cells = [&ON_30_MM[..], &["estimator.sole.cells=[6, 4, 2]"]].concat();
@@ -179,4 +182,19 @@ fn what_does_not_fit_the_sole_is_refused_by_name() {
     expect(refused(&thick, &[]), &["gait.body.ankle_height_m = 0.103", "thick.toml says 0.112000"]);
     let short = Mesh::kuhn_box([0.2, 0.13, 0.021], [4, 3, 2]).expect("a block").to_msh();
     expect(refused(&sole(&short, &[FILE]), &[]), &["gait.sole.length_m = 0.23", "says 0.200000"]);
+    // A sole that is not everybody's.
+    let shipped = shipped("robots/hrp4/sole.toml");
+    for process in ["estimator", "controller"] {
+        let other = format!("{process}.sole_file={}", shipped.display());
+        let other = [&ON_30_MM[..], &[&other]].concat();
+        expect(refused(&thick, &other), &["another sole", "ankle_height_m = 0.112000", "sole.toml says 0.103000"]);
+    }
+    // Settings for another sole.
+    let slippery = sole("", &[("friction = 0.65", "friction = 0.5")]);
+    expect(refused(&slippery, &[]), &["controller", "constraints.friction = 0.65", "thick.toml", "at most 0.5"]);
+    let small = sole("", &[("0.23, 0.13", "0.18, 0.13")]);
+    expect(
+        refused(&small, &["planner.gait.sole.length_m=0.18"]),
+        &["simulator", "plant.stabiliser.zmp_half_length_m = 0.092", "thick.toml", "carries 0.090000"],
+    );
 }

@@ -194,6 +194,18 @@ pub enum ControllerError {
         /// Number of joints.
         found: usize,
     },
+    /// Forces would be planned that the sole cannot carry.
+    #[error(
+        "constraints.friction = {found}, but the sole slips from {smallest} on ({}): at most {smallest}", .file.display()
+    )]
+    Friction {
+        /// The controller's.
+        found: f64,
+        /// The sole's smallest.
+        smallest: f64,
+        /// The description of the sole.
+        file: PathBuf,
+    },
     /// A setting does not fit the model.
     #[error(transparent)]
     WholeBody(#[from] wholebody::WholeBodyError),
@@ -202,6 +214,7 @@ pub enum ControllerError {
 impl ControllerSettings {
     /// What the whole-body step is made with: the robot's figures and these.
     pub(crate) fn whole_body(&self, robot: &Robot, model: &Model) -> Result<WholeBodySettings, ControllerError> {
+        self.check_friction(robot)?;
         let description = &robot.description;
         let [length_m, width_m] = robot.sole_outline().carrying_m;
         let foot = |index: usize| FootSettings {
@@ -252,6 +265,14 @@ impl ControllerSettings {
         })
     }
 
+    fn check_friction(&self, robot: &Robot) -> Result<(), ControllerError> {
+        let (found, smallest) = (self.constraints.friction, robot.sole.friction.smallest());
+        if found > smallest {
+            return Err(ControllerError::Friction { found, smallest, file: robot.sole_file.clone() });
+        }
+        Ok(())
+    }
+
     fn collision(&self, robot: &Robot) -> CollisionSettings {
         let c = &self.collision;
         let (capsules, pairs): (Vec<_>, Vec<_>) = if c.on {
@@ -272,6 +293,28 @@ impl ControllerSettings {
             interaction_m: c.interaction_m,
             safety_m: c.safety_m,
             damping_m_per_s: c.damping_m_per_s,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use robot::Friction;
+    use std::path::Path;
+
+    #[test]
+    fn forces_that_the_sole_cannot_carry_are_not_planned() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let settings: ControllerSettings = scenario::load(&root.join("config/controller.toml"), &[]).expect("it ships");
+        let mut robot = Robot::load(&settings.robot).expect("it ships");
+        settings.check_friction(&robot).expect("what ships fits");
+        for slippery in [Friction::Uniform(0.6), Friction::PerPatch(vec![0.7, 0.6, 0.65])] {
+            robot.sole.friction = slippery;
+            let refused = settings.check_friction(&robot).expect_err("0.65 is planned with").to_string();
+            for said in ["constraints.friction = 0.65", "at most 0.6", "sole.toml"] {
+                assert!(refused.contains(said), "no `{said}` in {refused}");
+            }
         }
     }
 }

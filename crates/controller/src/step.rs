@@ -2,7 +2,7 @@
 
 use messages::code::{Mode, Outcome};
 use messages::{
-    CONTROL_PERIOD_S, Header, MAX_JOINTS, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
+    CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
 };
 use multibody::{FrameIndex, Workspace, forward_kinematics, forward_kinematics_velocity};
@@ -64,6 +64,7 @@ pub struct ControllerProcess {
     torso: FrameIndex,
     half_sitting: DVector<f64>,
     limit_margin_rad: f64,
+    own_soles: OwnSoles,
     pattern: Option<(u64, WalkPattern)>,
     start: Option<WalkStart>,
     settle: SettleDetector,
@@ -104,6 +105,10 @@ impl ControllerProcess {
             half_sitting,
             limit_margin_rad: whole_body_settings.constraints.position_margin_rad,
             whole_body: WholeBody::new(model, whole_body_settings)?,
+            own_soles: OwnSoles {
+                ankle_in_sole_m: [0, 1].map(|foot| robot.sole.foot.ankle_in_sole_m(foot)),
+                file: robot.sole_file.clone(),
+            },
             pattern: None,
             start: None,
             settle: SettleDetector::new(settings.settle),
@@ -145,7 +150,9 @@ impl ControllerProcess {
     /// [`PatternRefused`]; the present pattern stays.
     pub fn take_pattern(&mut self, header: &PatternHeader, phases: &[PatternPhase]) -> Result<(), PatternRefused> {
         if self.start.is_none() && self.pattern.as_ref().is_none_or(|(hash, _)| *hash != header.pattern_hash) {
-            self.pattern = Some((header.pattern_hash, read_pattern(header, phases)?));
+            let walk = read_pattern(header, phases)?;
+            self.own_soles.check(&walk)?;
+            self.pattern = Some((header.pattern_hash, walk));
             self.state = None;
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! The process: messages in, messages out.
 
 use messages::{
-    CONTROL_PERIOD_S, Header, PatternHeader, PatternPhase, PatternRefused, RobotState, SoleContact, SoleDeformation,
-    WalkStart, read_pattern,
+    CONTROL_PERIOD_S, Header, OwnSoles, PatternHeader, PatternPhase, PatternRefused, RobotState, SoleContact,
+    SoleDeformation, WalkStart, read_pattern,
 };
 use robot::Robot;
 use sole::StanceEstimator;
@@ -41,6 +41,7 @@ pub struct EstimatorProcess {
     robot_fingerprint: u64,
     touch_down_force_n: f64,
     soles: [Option<StanceEstimator>; 2],
+    own_soles: OwnSoles,
     estimator: Option<(u64, Estimator)>,
     start: Option<WalkStart>,
 }
@@ -71,8 +72,12 @@ impl EstimatorProcess {
             Some(models) => models.map(|model| Some(StanceEstimator::new(model, solver))),
             None => [None, None],
         };
+        let own_soles = OwnSoles {
+            ankle_in_sole_m: [0, 1].map(|foot| robot.sole.foot.ankle_in_sole_m(foot)),
+            file: robot.sole_file.clone(),
+        };
         let (robot_fingerprint, touch_down_force_n) = (robot.fingerprint, settings.touch_down_force_n);
-        Ok(Self { robot_fingerprint, touch_down_force_n, soles, estimator: None, start: None })
+        Ok(Self { robot_fingerprint, touch_down_force_n, soles, own_soles, estimator: None, start: None })
     }
 
     /// The robot it was built for: messages of another one must not be used.
@@ -96,6 +101,7 @@ impl EstimatorProcess {
             return Ok(());
         }
         let walk = read_pattern(header, phases)?;
+        self.own_soles.check(&walk)?;
         let estimator = Estimator::new(walk, self.soles.clone(), self.touch_down_force_n, CONTROL_PERIOD_S);
         self.estimator = Some((header.pattern_hash, estimator));
         Ok(())

@@ -34,7 +34,7 @@ mod walk;
 
 pub use header::{Fault, Header, Message};
 pub use health::Health;
-pub use pattern::{PatternRefused, read_pattern, write_pattern};
+pub use pattern::{OwnSoles, PatternRefused, read_pattern, write_pattern};
 pub use plain::{Field, Plain, Shape};
 pub use robot::{Plan, PlanFoot, RobotCommand, RobotState};
 pub use sole::{ContactNodes, FootDeformation, SoleContact, SoleDeformation};

@@ -4,6 +4,8 @@ use pattern::{
     ComSolution, FootPhase, Foothold, Load, PATTERN_VERSION, Phase, PhaseKind, Quintic, Side, Swing, WalkPattern,
 };
 
+use std::path::PathBuf;
+
 use crate::{Header, MAX_PHASES, PatternFoot, PatternHeader, PatternPhase, code};
 
 /// Why a pattern message cannot be used.
@@ -41,9 +43,59 @@ pub enum PatternRefused {
         /// Of the content.
         found: u64,
     },
+    /// It was planned for another sole: the ankles would step at touch-down. Remedy: the same `sole_file` for all processes.
+    #[error(
+        "the pattern was planned for another sole: its {field} = {found:.6}, but {} says {expected:.6}: give planner, estimator, controller \
+         and simulator the same sole_file", .file.display()
+    )]
+    OtherSole {
+        /// Which field of the header.
+        field: &'static str,
+        /// What it holds (m).
+        found: f64,
+        /// What this process's sole has there (m).
+        expected: f64,
+        /// The description of that sole.
+        file: PathBuf,
+    },
     /// The content is no walk.
     #[error(transparent)]
     Content(#[from] pattern::PatternError),
+}
+
+/// Lengths that agree to this are the same (m): figures in files have at most six digits.
+const SAME_LENGTH_M: f64 = 1e-6;
+
+/// The soles that a process which takes patterns was built with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OwnSoles {
+    /// Ankle in the sole frame (m), left and right.
+    pub ankle_in_sole_m: [[f64; 3]; 2],
+    /// Their description.
+    pub file: PathBuf,
+}
+
+impl OwnSoles {
+    /// Was the walk planned for them?
+    ///
+    /// # Errors
+    /// [`PatternRefused::OtherSole`].
+    pub fn check(&self, walk: &WalkPattern) -> Result<(), PatternRefused> {
+        let [left, right] = self.ankle_in_sole_m;
+        let pairs = [
+            ("ankle_height_m", walk.ankle_height_m, left[2]),
+            ("ankle_in_sole_m[0][0]", walk.ankle_in_sole_m[0][0], left[0]),
+            ("ankle_in_sole_m[0][1]", walk.ankle_in_sole_m[0][1], left[1]),
+            ("ankle_in_sole_m[1][0]", walk.ankle_in_sole_m[1][0], right[0]),
+            ("ankle_in_sole_m[1][1]", walk.ankle_in_sole_m[1][1], right[1]),
+        ];
+        match pairs.into_iter().find(|(_, found, expected)| (found - expected).abs() > SAME_LENGTH_M) {
+            Some((field, found, expected)) => {
+                Err(PatternRefused::OtherSole { field, found, expected, file: self.file.clone() })
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// The pattern as a message.
@@ -257,5 +309,26 @@ mod tests {
         let mut long = walk();
         long.phases = (0..=MAX_PHASES).map(|i| Phase { start_s: i as f64 * 0.8, ..long.phases[0] }).collect();
         assert!(matches!(write_pattern(&long, 7), Err(PatternRefused::TooLong { found }) if found == MAX_PHASES + 1));
+    }
+
+    #[test]
+    fn a_pattern_for_another_sole_is_refused_with_field_and_file() {
+        let walk = walk();
+        let [[x, left_y], [_, right_y]] = walk.ankle_in_sole_m;
+        let z = walk.ankle_height_m;
+        let check = |ankle_in_sole_m| OwnSoles { ankle_in_sole_m, file: "30mm.toml".into() }.check(&walk);
+        assert_eq!(check([[x, left_y, z], [x, right_y, z]]), Ok(()));
+        assert_eq!(check([[x, left_y, z + 0.9e-6], [x, right_y, z]]), Ok(()), "what rounding in a file does");
+        for (own, expected) in [
+            ([[x, left_y, z + 0.009], [x, right_y, z]], "ankle_height_m"),
+            ([[x + 2e-6, left_y, z], [x, right_y, z]], "ankle_in_sole_m[0][0]"),
+            ([[x, left_y + 2e-6, z], [x, right_y, z]], "ankle_in_sole_m[0][1]"),
+            ([[x, left_y, z], [x - 2e-6, right_y, z]], "ankle_in_sole_m[1][0]"),
+            ([[x, left_y, z], [x, left_y, z]], "ankle_in_sole_m[1][1]"),
+        ] {
+            let refused = check(own).expect_err("another sole");
+            assert!(matches!(&refused, PatternRefused::OtherSole { field, .. } if *field == expected), "{refused}");
+            assert!(refused.to_string().contains("30mm.toml"), "{refused}");
+        }
     }
 }

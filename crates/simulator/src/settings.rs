@@ -61,6 +61,20 @@ pub enum SimulatorError {
         /// Number of joints.
         found: usize,
     },
+    /// The stabiliser would ask for a ZMP that the sole does not carry.
+    #[error(
+        "plant.stabiliser.{field} = {found}, but the sole of {} carries {largest:.6} to either side: at most that, better 1 cm less", .file.display()
+    )]
+    StabiliserBeyondSole {
+        /// Key in the simulator's configuration.
+        field: &'static str,
+        /// What it says (m).
+        found: f64,
+        /// Half of what carries (m).
+        largest: f64,
+        /// The description of the sole.
+        file: PathBuf,
+    },
     /// Its soles.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
@@ -85,6 +99,22 @@ pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
 }
 
 impl SimulatorSettings {
+    /// Does the stabiliser, if there is one, keep to what the sole carries?
+    pub(crate) fn check_stabiliser(&self, robot: &Robot) -> Result<(), SimulatorError> {
+        let stabiliser = &self.plant.stabiliser;
+        let [half_length_m, half_width_m] = robot.sole_outline().carrying_m.map(|edge_m| 0.5 * edge_m);
+        for (field, found, largest) in [
+            ("zmp_half_length_m", stabiliser.zmp_half_length_m, half_length_m),
+            ("zmp_half_width_m", stabiliser.zmp_half_width_m, half_width_m),
+        ] {
+            if stabiliser.enabled && found > largest {
+                let file = robot.sole_file.clone();
+                return Err(SimulatorError::StabiliserBeyondSole { field, found, largest, file });
+            }
+        }
+        Ok(())
+    }
+
     /// The plant's settings, with the robot's drives for the joints that are not named.
     pub(crate) fn plant(&self, robot: &Robot, model: &Model) -> PlantSettings {
         let mut settings = self.plant.clone();
@@ -101,5 +131,34 @@ impl SimulatorSettings {
             }
         }
         settings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn the_stabiliser_keeps_to_what_the_sole_carries() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut settings: SimulatorSettings =
+            scenario::load(&root.join("config/simulator.toml"), &[]).expect("it ships");
+        for sole in ["sole.toml", "sole-rounded.toml"] {
+            let file = settings.robot.join(sole);
+            let robot = Robot::load_on(&settings.robot, Some(&file)).expect("it ships");
+            settings.check_stabiliser(&robot).expect("what ships fits");
+        }
+        let mut robot = Robot::load(&settings.robot).expect("it ships");
+        for (size_m, said) in [
+            ([0.18, 0.13, 0.021], "zmp_half_length_m = 0.092, but"),
+            ([0.23, 0.09, 0.021], "zmp_half_width_m = 0.047, but"),
+        ] {
+            robot.sole.mesh.box_m = Some(size_m);
+            let refused = settings.check_stabiliser(&robot).expect_err("too small a sole").to_string();
+            assert!(refused.contains(said) && refused.contains("sole.toml"), "no `{said}` in {refused}");
+        }
+        settings.plant.stabiliser.enabled = false;
+        settings.check_stabiliser(&robot).expect("nobody asks for a ZMP");
     }
 }

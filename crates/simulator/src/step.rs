@@ -64,6 +64,7 @@ impl SimulatorProcess {
     pub fn with_store(settings: SimulatorSettings, store: &mut Store) -> Result<Self, SimulatorError> {
         settings.sole.check()?;
         let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
+        settings.check_stabiliser(&robot)?;
         let (model, joints) = walking_model(&robot)?;
         if joints.interface_count() > MAX_JOINTS {
             let file = robot.folder.join("robot.toml");
