@@ -2,7 +2,7 @@
 
 use gait::{CheckReport, GaitSettings, Plan, Quantity};
 use pattern::Side;
-use robot::{Friction, Robot};
+use robot::Robot;
 
 use crate::reach::{LegsError, RobotLegs};
 
@@ -133,11 +133,7 @@ pub(crate) fn check(
     let legs = RobotLegs::new(robot)?;
     let report = gait::check(plan, gait, GRID_S, Some(&legs));
     let worst = |quantity: Quantity| report.worst.iter().find(|worst| worst.quantity == quantity);
-    let of_the_robot = || match &robot.sole.friction {
-        Friction::Uniform(mu) => *mu,
-        Friction::PerPatch(list) => list.iter().copied().fold(f64::INFINITY, f64::min),
-    };
-    let available = FRICTION_USE_MAX * friction.unwrap_or_else(of_the_robot);
+    let available = FRICTION_USE_MAX * friction.unwrap_or_else(|| robot.sole.friction.smallest());
     // Comparisons are written so that a value that is not a number is refused.
     if let Some(w) = worst(Quantity::FrictionDemand) {
         let enough = w.value <= available;
@@ -250,7 +246,7 @@ mod tests {
             .expect("the configuration that ships is read");
         let plan = gait::plan(&settings.gait).expect("it can be planned");
         let mut robot = Robot::load(&settings.robot).expect("the robot that ships is read");
-        robot.sole.friction = Friction::Uniform(0.01);
+        robot.sole.friction = robot::Friction::Uniform(0.01);
         let refused = check(&plan, &settings.gait, &robot, None).expect_err("no walk needs so little");
         assert!(matches!(refused, NotWalkable::Friction { needed, .. } if needed > 0.01), "{refused}");
     }
