@@ -15,16 +15,16 @@ PYTHON = VENV / "bin" / "python"
 ROBOT_DATA = "example-robot-data==6.0.0"
 
 
-def enter():
+def enter(folder=VENV, requirements=HERE / "requirements.txt"):
     """Continues inside the venv, making it first if it is missing or older than the requirements."""
-    requirements, stamp = HERE / "requirements.txt", VENV / "installed"
+    python, stamp = folder / "bin" / "python", folder / "installed"
     if not stamp.exists() or stamp.stat().st_mtime < requirements.stat().st_mtime:
-        print(f"installing {requirements.name} into {VENV} (once) ...", file=sys.stderr)
-        venv.create(VENV, with_pip=True)
-        subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
+        print(f"installing {requirements.name} into {folder} (once) ...", file=sys.stderr)
+        venv.create(folder, with_pip=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
         stamp.touch()
-    if pathlib.Path(sys.prefix) != VENV:
-        os.execv(PYTHON, [str(PYTHON), *sys.argv])
+    if pathlib.Path(sys.prefix) != folder:
+        os.execv(python, [str(python), *sys.argv])
 
 
 def robots():

@@ -8,17 +8,13 @@ scikit-fem (own assembly, SciPy's sparse solver), whose displacements of the con
 """
 
 import json
-import os
-import pathlib
 import subprocess
 import sys
 import tempfile
-import venv
 
-HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parent.parent
-VENV = HERE / ".venv-sole"
-PYTHON = VENV / "bin" / "python"
+import environment
+
+VENV = environment.HERE / ".venv-sole"
 LIMIT = 1e-9
 SOLES = [
     # box (m), cells, E (Pa), nu
@@ -27,24 +23,6 @@ SOLES = [
     ([0.23, 0.13, 0.060], [5, 4, 2], 5e6, 0.49),
     ([0.23, 0.13, 0.006], [9, 4, 2], 0.02e6, 0.0),
 ]
-
-
-def enter():
-    """Continues inside the venv, making it first if it is missing or older than the requirements."""
-    requirements, stamp = HERE / "requirements-sole.txt", VENV / "installed"
-    if not stamp.exists() or stamp.stat().st_mtime < requirements.stat().st_mtime:
-        print(f"installing {requirements.name} into {VENV} (once) ...", file=sys.stderr)
-        venv.create(VENV, with_pip=True)
-        subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
-        stamp.touch()
-    if pathlib.Path(sys.prefix) != VENV:
-        os.execv(PYTHON, [str(PYTHON), *sys.argv])
-
-
-def inspect():
-    """Path of soleus-inspect, built."""
-    subprocess.run(["cargo", "build", "--quiet", "--package", "soleus-inspect"], cwd=ROOT, check=True)
-    return pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "debug" / "soleus-inspect"
 
 
 def kuhn(box, cells):
@@ -74,7 +52,7 @@ def main():
     from skfem import Basis, ElementTetP1, ElementVector, MeshTet, condense, solve
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-    command, worst = inspect(), 0.0
+    command, worst = environment.inspect(), 0.0
     for box, cells, modulus, nu in SOLES:
         nodes, tetrahedra = kuhn(box, cells)
         contact = numpy.flatnonzero(nodes[2] == 0)
@@ -117,5 +95,5 @@ def main():
 
 
 if __name__ == "__main__":
-    enter()
+    environment.enter(VENV, environment.HERE / "requirements-sole.txt")
     sys.exit(main())
