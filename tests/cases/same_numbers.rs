@@ -62,7 +62,7 @@ fn processes_and_one_thread_say_the_same_to_the_bit_and_processes_do_so_twice() 
     while let Some(tick) = closed_loop.step().expect("it goes on") {
         ticks.push(tick);
     }
-    // The processes also say what they think at tick -1, while the robot is being placed; the last state has no answer.
+    // The processes also say what they think at tick -1, while the robot is being placed.
     let from = |tick: i64| usize::try_from(tick + 1).expect("not before -1");
     let first = from(ticks[0].state.header.tick);
     let answered = first..first + ticks.len();

@@ -1,6 +1,8 @@
 //! Builds the binaries, starts launches as a person would, and looks at how they end.
 
 use bus::DomainName;
+use messages::{Message, Topic, topic};
+use recording::{Recording, recover};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -130,12 +132,21 @@ impl Running {
         self.launch.folder.path().join("run/walk.mcap.partial")
     }
 
-    /// Waits until the robot moves: the recording grows beyond the files that are attached first.
-    pub fn wait_until_recording(&self) {
-        let size = || std::fs::metadata(self.partial_recording()).map_or(0, |metadata| metadata.len());
-        eventually("a recording", || size() > 0);
-        let attached = size();
-        eventually("messages", || size() > attached + (1 << 16));
+    /// Waits until the robot has been commanded for a while, and this could be read in the recording even if all ended now.
+    pub fn wait_until_walking(&self) {
+        eventually("commands in the recording", || self.recorded_so_far(topic::ROBOT_COMMAND) > 100);
+    }
+
+    /// How many messages of a topic could be recovered of the recording now.
+    fn recorded_so_far<T: Message>(&self, topic: Topic<T>) -> usize {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        if std::fs::copy(self.partial_recording(), folder.path().join("walk.mcap.partial")).is_err() {
+            // Not begun yet.
+            return 0;
+        }
+        recover(folder.path()).expect("writable");
+        let recording = Recording::open(&folder.path().join("walk.mcap")).expect("finished");
+        recording.messages(topic).expect("whole").len()
     }
 
     /// Waits for its end.

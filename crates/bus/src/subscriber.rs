@@ -216,7 +216,7 @@ mod tests {
             }
         });
         for _ in 0..4 {
-            assert_eq!(woken.recv_timeout(Duration::from_secs(20)), Ok(true));
+            assert_eq!(woken.recv_timeout(Duration::from_secs(120)), Ok(true));
         }
         sleeper.join().expect("it has done what it was to do");
     }

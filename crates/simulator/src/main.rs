@@ -54,6 +54,11 @@ impl Program for Simulate {
             states.publish(&output.state)?;
             truths.publish(&output.truth)?;
             if let Some(reason) = output.over {
+                // The last state is answered too, so that every recording of a walk ends with the same message. After a fall
+                // nobody is owed an answer, and the fall is what is to be told.
+                if reason == Reason::Finished && shell.wait_tick(&mut commands, tick)?.is_none() {
+                    return Ok(End::Asked);
+                }
                 self.report(shell, &output);
                 return Ok(End::Over(reason));
             }

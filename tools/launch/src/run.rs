@@ -10,6 +10,7 @@ use messages::code::{Process, Reason, State};
 use messages::{Health, RobotCommand, SoleDeformation, Truth, topic};
 use node::Stop;
 use scenario::Scenario;
+use std::os::unix::process::ExitStatusExt;
 use std::time::{Duration, Instant};
 
 /// How often processes and messages are looked at: well within what the subscribers' buffers hold.
@@ -126,18 +127,21 @@ fn first_death(children: &mut [Supervised]) -> Option<Ending> {
     children.iter_mut().find_map(Supervised::ended)?;
     // Those that die of the same cause, or of the death of another, do so within a moment.
     std::thread::sleep(Duration::from_millis(50));
-    let mut endings: Vec<Ending> = Vec::new();
+    let mut endings: Vec<(bool, Ending)> = Vec::new();
     for child in children.iter_mut() {
         if let Some(status) = child.ended() {
-            endings.push(child.explain(status));
+            endings.push((status.signal().is_some(), child.explain(status)));
         }
     }
-    endings.into_iter().min_by_key(|ending| match ending.code {
+    let rank = |(killed, ending): &(bool, Ending)| match ending.code {
         2 => 0,
         1 | 5 => 1,
         3 => 2,
-        _ => 3,
-    })
+        // One that ends by itself with this code lost a partner.
+        _ if *killed => 3,
+        _ => 4,
+    };
+    endings.into_iter().min_by_key(rank).map(|(_, ending)| ending)
 }
 
 /// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
@@ -202,6 +206,7 @@ impl Ears {
             self.summary.command(&command);
         }
         self.begun |= !truths.is_empty();
+        self.summary.unheard = self.truth.counts().lost + self.commands.counts().lost + self.deformations.counts().lost;
         truths.iter().for_each(|truth| self.summary.truth(truth));
         deformations.iter().for_each(|deformation| self.summary.deformation(deformation));
         for (process, subscriber) in &mut self.health {

@@ -22,6 +22,8 @@ pub struct Summary {
     misses: u64,
     estimates: Estimates,
     lost: u64,
+    /// Truths, commands and deformations that came faster than they were listened to: they are missing here, not in the recording.
+    pub unheard: u64,
 }
 
 /// Root of the mean square, and the largest.
@@ -219,6 +221,9 @@ impl Summary {
         }
         if self.lost > 0 {
             row("not recorded", format!("{} messages", self.lost));
+        }
+        if self.unheard > 0 {
+            row("not in this summary", format!("{} messages: the launcher was held up", self.unheard));
         }
         table
     }

@@ -119,7 +119,7 @@ const MAY_USE: [(&str, &[&str]); 30] = [
     ),
     ("xtask", &[]),
     // Tests: what the harness uses; the cases may use everything.
-    ("system", &["bus", "node"]),
+    ("system", &["bus", "messages", "node", "recording"]),
 ];
 
 /// What must not be reachable from a package, however indirectly: the 200 Hz processes stay small, the mathematics pure.
