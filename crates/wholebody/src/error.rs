@@ -11,19 +11,29 @@ pub enum WholeBodyError {
     #[error("whole-body control needs a model with a floating base")]
     FixedBase,
     /// A collision pair names a capsule that is not in the list.
-    #[error("whole-body settings: `collision.pairs` names the unknown capsule `{name}`")]
+    #[error(
+        "whole-body settings: `collision_pairs` names the unknown capsule `{name}`: add the capsule or remove the pair"
+    )]
     UnknownCapsule {
         /// The name.
         name: String,
     },
-    /// A setting is outside of what has a meaning.
-    #[error("whole-body settings: `{setting}` is {found}, must be {expected}")]
+    /// A collision pair names one capsule twice: its distance from itself means nothing.
+    #[error("whole-body settings: `collision_pairs` pairs the capsule `{name}` with itself: remove the pair")]
+    PairOfOne {
+        /// The name.
+        name: String,
+    },
+    /// A setting is outside of what has a meaning: change it as the remedy says.
+    #[error("whole-body settings: `{setting}` is {found}, must be {expected}: {remedy}")]
     Setting {
-        /// Path of the setting.
-        setting: &'static str,
+        /// The key as `controller.toml` or `robot.toml` spells it.
+        setting: String,
         /// What was found.
         found: f64,
         /// What is allowed.
-        expected: &'static str,
+        expected: String,
+        /// What is usual, or where to correct it.
+        remedy: &'static str,
     },
 }

@@ -2,6 +2,7 @@
 
 mod fit;
 mod objective;
+mod ranges;
 
 use crate::collision::{Body, FrameList, Pairs};
 use crate::constraint::friction::FrictionCones;
@@ -60,7 +61,7 @@ impl WholeBody {
         if model.base() != Base::Floating {
             return Err(WholeBodyError::FixedBase);
         }
-        fit::check(&settings)?;
+        ranges::check(&settings)?;
         let mut frames = FrameList::default();
         let ankles = [model.frame(&settings.feet[0].ankle_link)?, model.frame(&settings.feet[1].ankle_link)?];
         frames.0.extend(ankles);
