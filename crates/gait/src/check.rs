@@ -86,18 +86,22 @@ impl CheckReport {
         const CONSTRAINTS: [Quantity; 4] =
             [Quantity::ZmpOutsidePolygon, Quantity::StepTooLong, Quantity::StepTooWide, Quantity::FeetTooClose];
         let constraints = self.worst.iter().filter(|w| CONSTRAINTS.contains(&w.quantity));
-        constraints.max_by(|a, b| a.value.total_cmp(&b.value))
+        constraints.reduce(|worst, w| if exceeds(w.value, worst.value) { w } else { worst })
     }
 
     fn note(&mut self, quantity: Quantity, value: f64, r: &Reference, foot: Option<Side>) {
         let new = Worst { quantity, value, phase: r.phase_index, kind: r.kind, step: r.step, time_s: r.t_s, foot };
         match self.worst.iter_mut().find(|w| w.quantity == quantity) {
-            // A NaN is kept: it must not hide behind any number.
-            Some(old) if value > old.value || value.is_nan() => *old = new,
+            Some(old) if exceeds(value, old.value) => *old = new,
             Some(_) => {}
             None => self.worst.push(new),
         }
     }
+}
+
+/// Whether a value is worse than the worst so far. A NaN is worse than any number, and stays.
+fn exceeds(value: f64, worst: f64) -> bool {
+    value > worst || (value.is_nan() && !worst.is_nan())
 }
 
 /// What a leg has left at one instant.
@@ -170,8 +174,8 @@ pub fn check(plan: &Plan, settings: &GaitSettings, step_s: f64, legs: Option<&dy
         }
     }
     for end in [pattern.evaluate(0.0), pattern.evaluate(pattern.duration_s())] {
-        let speed = end.com.velocity.norm().max(end.zmp.velocity.norm());
-        report.note(Quantity::SpeedAtEnds, speed, &end, None);
+        report.note(Quantity::SpeedAtEnds, end.com.velocity.norm(), &end, None);
+        report.note(Quantity::SpeedAtEnds, end.zmp.velocity.norm(), &end, None);
     }
     check_steps(&mut report, plan, settings);
     report.reach = legs.map(|legs| check_reach(pattern, legs, step_s));
@@ -202,7 +206,7 @@ fn outside(foot: &FootReference, outline: &Outline) -> f64 {
     let (x, y) = (cos * from_ankle.x + sin * from_ankle.y, cos * from_ankle.y - sin * from_ankle.x);
     [outline.x[0] - x, x - outline.x[1], outline.y[0] - y, y - outline.y[1]]
         .into_iter()
-        .fold(f64::NEG_INFINITY, f64::max)
+        .fold(f64::NEG_INFINITY, |worst, side| if exceeds(side, worst) { side } else { worst })
 }
 
 fn check_joint(report: &mut CheckReport, before: &Reference, after: &Reference) {
@@ -259,11 +263,10 @@ fn check_reach(pattern: &WalkPattern, legs: &dyn LegReach, step_s: f64) -> Tight
         let heading = left + 0.5 * (right - left).sin().atan2((right - left).cos());
         for side in Side::BOTH {
             let c = legs.clearance(side, &r.com_position(), heading, &ankles[side.index()]);
-            // A NaN of a broken leg model must not be overlooked.
-            if c.extension_m.is_nan() || c.extension_m < tightest.extension.0 {
+            if exceeds(-c.extension_m, -tightest.extension.0) {
                 tightest.extension = (c.extension_m, r.t_s, side);
             }
-            if c.joint_rad.is_nan() || c.joint_rad < tightest.joint.0 {
+            if exceeds(-c.joint_rad, -tightest.joint.0) {
                 tightest.joint = (c.joint_rad, r.t_s, side, c.joint);
             }
         }

@@ -106,10 +106,10 @@ pub fn write_pattern(
     walk: &WalkPattern,
     robot_fingerprint: u64,
 ) -> Result<(PatternHeader, Vec<PatternPhase>), PatternRefused> {
-    walk.check()?;
     if walk.phases.len() > MAX_PHASES {
         return Err(PatternRefused::TooLong { found: walk.phases.len() });
     }
+    walk.check()?;
     let header = PatternHeader {
         header: Header::new(-1, robot_fingerprint),
         pattern_hash: walk.content_hash(),

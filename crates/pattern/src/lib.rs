@@ -36,6 +36,7 @@
 //! with a yaw; it is said each time whether it lies under the ankle or under the centre of the sole.
 #![allow(non_snake_case)] // A_i, V, W as in the paper
 
+mod check;
 mod foothold;
 mod phase;
 mod polynomial;
@@ -43,9 +44,10 @@ mod reference;
 mod swing;
 mod walk;
 
+pub use check::PatternError;
 pub use foothold::{Foothold, Side};
 pub use phase::{ComSolution, FootPhase, Load, Phase, PhaseKind, Swing};
 pub use polynomial::Quintic;
 pub use reference::{FootReference, Planar, PlanarMotion, Reference, Scalar, SwingReference};
 pub use swing::{AnkleState, SwingTrajectory};
-pub use walk::{PATTERN_VERSION, PatternError, WalkPattern};
+pub use walk::{PATTERN_VERSION, WalkPattern};

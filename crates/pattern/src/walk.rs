@@ -26,46 +26,6 @@ pub struct WalkPattern {
     pub phases: Vec<Phase>,
 }
 
-/// A pattern that no planner of this version would write.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum PatternError {
-    /// Written by another version: plan again with this build.
-    #[error("the pattern has version {found}, this build reads version {PATTERN_VERSION}")]
-    Version {
-        /// What the pattern says.
-        found: u32,
-    },
-    /// There is nothing to walk.
-    #[error("the pattern has no phases")]
-    Empty,
-    /// A physical constant is not positive and finite.
-    #[error("{field} = {value} must be positive")]
-    Constant {
-        /// Which.
-        field: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A phase does not start where the one before ends, or has no duration.
-    #[error("phase {phase} starts at {start_s} s and lasts {duration_s} s, but the one before ends at {expected_s} s")]
-    Time {
-        /// Index of the phase.
-        phase: usize,
-        /// Its start.
-        start_s: f64,
-        /// Its duration.
-        duration_s: f64,
-        /// End of the phase before it.
-        expected_s: f64,
-    },
-    /// A coefficient is NaN or infinite, or a load share vanishes inside a double support.
-    #[error("phase {phase} has a coefficient that is not finite or a load share that vanishes")]
-    Coefficient {
-        /// Index of the phase.
-        phase: usize,
-    },
-}
-
 impl WalkPattern {
     /// `w = sqrt(g / z_COM)` (1/s).
     #[must_use]
@@ -77,48 +37,6 @@ impl WalkPattern {
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.phases.last().map_or(0.0, Phase::end_s)
-    }
-
-    /// Whether [`evaluate`](Self::evaluate) will give finite numbers at all times. To be called once on data from elsewhere.
-    ///
-    /// # Errors
-    /// The first thing that is wrong.
-    pub fn check(&self) -> Result<(), PatternError> {
-        if self.version != PATTERN_VERSION {
-            return Err(PatternError::Version { found: self.version });
-        }
-        for (field, value) in [
-            ("mass_kg", self.mass_kg),
-            ("gravity_m_per_s2", self.gravity_m_per_s2),
-            ("com_height_m", self.com_height_m),
-            ("ankle_height_m", self.ankle_height_m),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(PatternError::Constant { field, value });
-            }
-        }
-        if self.phases.is_empty() {
-            return Err(PatternError::Empty);
-        }
-        let mut expected_s = 0.0;
-        for (phase, p) in self.phases.iter().enumerate() {
-            // Times are running sums of durations: they agree up to rounding of the sum.
-            let rounding = f64::EPSILON * (1.0 + expected_s) * 4.0;
-            let in_order = (p.start_s - expected_s).abs() <= rounding && p.duration_s > 0.0 && p.duration_s.is_finite();
-            if !in_order {
-                let (start_s, duration_s) = (p.start_s, p.duration_s);
-                return Err(PatternError::Time { phase, start_s, duration_s, expected_s });
-            }
-            expected_s = p.end_s();
-            let mut finite = true;
-            self.visit_phase(p, &mut |value| finite &= value.is_finite());
-            let divisible =
-                (0..=16).all(|i| p.load.share.derivatives::<1>(p.duration_s * f64::from(i) / 16.0)[0] > 0.0);
-            if !finite || !divisible {
-                return Err(PatternError::Coefficient { phase });
-            }
-        }
-        Ok(())
     }
 
     /// Number of its phases, start time and duration, every coefficient: a digest by which two processes know that they

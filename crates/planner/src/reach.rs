@@ -88,7 +88,9 @@ impl LegReach for RobotLegs {
             let angle = found.joints_rad[joint];
             (angle - limits[joint].lower).min(limits[joint].upper - angle)
         };
-        let joint = (0..6).min_by(|a, b| room(*a).total_cmp(&room(*b))).expect("a leg has six joints");
+        // A joint without an angle has less room than any other.
+        let order = |joint: usize| if room(joint).is_nan() { f64::NEG_INFINITY } else { room(joint) };
+        let joint = (0..6).min_by(|a, b| order(*a).total_cmp(&order(*b))).expect("a leg has six joints");
         LegClearance { extension_m, joint_rad: room(joint), joint }
     }
 }
