@@ -2,13 +2,15 @@
 //!
 //! The apparent inertia `D` at a joint is a difference of nearly equal numbers when a light hand hangs on a long arm. In the
 //! bodies' own frames nothing larger than the hand enters it, and since every joint axis is its body's z axis, the column
-//! `U` of the articulated inertia is read off instead of computed.
+//! `U` of the articulated inertia is read off instead of computed. Joints that follow others cannot be freed one by one:
+//! robots that have them are solved through M, in `coupling`.
 
-use crate::kinematics::sines;
+use crate::coupling::coupled;
+use crate::kinematics::{sines, tree_kinematics};
 use crate::rigid::{
     Symmetric, cross, cross_add, dot, fma, product, rotate, rotate_add, scale_add, turned_about_z, unrotate,
 };
-use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace, forward_kinematics};
+use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace};
 use nalgebra::DVector;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench};
 
@@ -16,7 +18,7 @@ use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench};
 ///
 /// Every movable joint must carry mass or have a rotor inertia ([`Model::massless_joint`] is `None`); where it does not,
 /// its acceleration is not defined. Where M is nearly singular digits are lost; [`aba_refined`](crate::aba_refined) tells
-/// how many.
+/// how many. Robots with [followers](Model::followers) go through M instead; if that is not positive definite, all is NaN.
 pub fn aba(
     model: &Model,
     ws: &mut Workspace,
@@ -39,12 +41,15 @@ pub fn aba_with_external(
     external: &[(FrameIndex, Wrench)],
     out: &mut DVector<f64>,
 ) {
+    if let Some(coupling) = &model.coupling {
+        return coupled::forward_dynamics(coupling, model, ws, q, v, tau, external, out);
+    }
     assert_eq!(v.len(), model.nv(), "velocities");
     assert_eq!((tau.len(), out.len()), (model.nv(), model.nv()), "generalised forces and accelerations");
     let base_dofs = model.base_dofs();
     velocities(model, ws, q, v);
     if !external.is_empty() {
-        forward_kinematics(model, ws, q);
+        tree_kinematics(model, ws, q);
         for (frame, wrench) in external {
             let (body, force, moment) = ws.in_body(model, *frame, wrench);
             ws.articulated[body].force -= force;
@@ -221,7 +226,7 @@ impl Articulated {
 
 /// Velocities, rigid inertias and velocity-product wrenches of all bodies.
 fn velocities(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
-    sines(model, &mut ws.sines, q);
+    sines(&mut ws.sines, q);
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate() {
         let mut part = Articulated::default();

@@ -1,7 +1,10 @@
 //! Factorisation of the mass matrix along the tree (Featherstone 2008, table 6.3).
 //!
 //! `M = L' L` with `L` lower triangular. Eliminated from the leaves, M fills in nowhere: `L_ij` is zero wherever joint `j`
-//! does not move joint `i`, so the work grows with the depth of the tree and not with nv.
+//! does not move joint `i`, so the work grows with the depth of the tree and not with nv. Where joints follow others, a
+//! coordinate moves several branches at once and M fills in a little: then the elimination tree of M (J. W. H. Liu, *The role
+//! of elimination trees in sparse factorization*, SIAM J. Matrix Anal. Appl. 11 (1990)) takes the robot's place. Without
+//! followers it is the robot's own tree.
 
 use crate::Model;
 use nalgebra::{DMatrix, DVector};
@@ -10,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Debug, Clone)]
 pub struct MassFactor {
     nv: usize,
-    /// Column that moves this one, `None` at the root; the base's six columns form a chain.
+    /// Where each column leads in the elimination tree, `None` at a root.
     parents: Vec<Option<usize>>,
     /// Row-major lower triangle.
     l: Vec<f64>,
@@ -30,13 +33,8 @@ impl MassFactor {
     /// Memory for a model's mass matrix.
     #[must_use]
     pub fn new(model: &Model) -> Self {
-        let (nv, base_dofs) = (model.nv(), model.base_dofs());
-        let base = (0..base_dofs).map(|k| k.checked_sub(1));
-        let joints = model.bodies.iter().skip(1).map(|body| match body.parent {
-            0 => base_dofs.checked_sub(1),
-            parent => Some(base_dofs + parent - 1),
-        });
-        Self { nv, parents: base.chain(joints).collect(), l: vec![0.0; nv * nv] }
+        let nv = model.nv();
+        Self { nv, parents: elimination_tree(model), l: vec![0.0; nv * nv] }
     }
 
     /// Factors `M`, of which the lower triangle is read.
@@ -100,4 +98,32 @@ impl MassFactor {
             b[i] /= row[i];
         }
     }
+}
+
+/// The next column up that each one is coupled to, once all columns after it are eliminated. A row of `L` is zero outside
+/// the columns that are reached by going on from there.
+fn elimination_tree(model: &Model) -> Vec<Option<usize>> {
+    let (n, base_dofs) = (model.nv(), model.base_dofs());
+    // Lower triangle of what is not zero: the base moves everything, a joint what is below it.
+    let mut coupled = vec![false; n * n];
+    for row in 0..n {
+        coupled[row * n..row * n + base_dofs.min(row)].fill(true);
+    }
+    for body in 1..model.bodies.len() {
+        let column = base_dofs + model.coordinate(body);
+        let mut above = model.bodies[body].parent;
+        while above > 0 {
+            let other = base_dofs + model.coordinate(above);
+            coupled[column.max(other) * n + column.min(other)] = true;
+            above = model.bodies[above].parent;
+        }
+    }
+    let mut parents = vec![None; n];
+    for row in (0..n).rev() {
+        parents[row] = (0..row).rev().find(|column| coupled[row * n + column]);
+        if let Some(next) = parents[row] {
+            (0..next).for_each(|column| coupled[next * n + column] |= coupled[row * n + column]);
+        }
+    }
+    parents
 }

@@ -1,5 +1,6 @@
 //! Mass matrix by the composite-rigid-body algorithm (Featherstone 2008, table 6.2).
 
+use crate::coupling::coupled;
 use crate::kinematics::{place, sines};
 use crate::rigid::{RigidInertia, power, unrotate};
 use crate::workspace::BodyMotion;
@@ -9,9 +10,17 @@ use spatial::{Mat3, Wrench, so3};
 
 /// `out = M(q)`, full and symmetric, nv x nv.
 pub fn crba(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMatrix<f64>) {
+    match &model.coupling {
+        None => tree_mass_matrix(model, ws, q, out),
+        Some(coupling) => coupled::mass_matrix(coupling, model, ws, q, out),
+    }
+}
+
+/// [`crba`] in the coordinates of the tree.
+pub(crate) fn tree_mass_matrix(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMatrix<f64>) {
     // M does not depend on where the base is: in base axes its rows for the base need no rotation. The world's kinematics,
     // which the caller may still want to ask for, are left alone.
-    sines(model, &mut ws.sines, q);
+    sines(&mut ws.sines, q);
     place(model, &ws.sines, &mut ws.motion_in_base, &Mat3::identity(), q);
     out.as_mut_slice().fill(0.0);
     composite_inertias(model, &ws.motion_in_base, &mut ws.inertia);
@@ -29,7 +38,7 @@ pub(crate) fn composite_inertias(model: &Model, motions: &[BodyMotion], inertias
     }
 }
 
-/// The structurally non-zero entries of M from composite inertias; the others are not touched. `R_WB` is the base's
+/// The structurally non-zero entries of the tree's M from composite inertias; the others are not touched. `R_WB` is the base's
 /// rotation in the axes of the kinematics, `None` if those are the base's own.
 pub(crate) fn mass_matrix(
     model: &Model,
@@ -39,7 +48,7 @@ pub(crate) fn mass_matrix(
     R_WB: Option<&Mat3>,
     out: &mut DMatrix<f64>,
 ) {
-    let nv = model.nv();
+    let nv = model.tree_dofs();
     assert_eq!(out.shape(), (nv, nv), "mass matrix");
     let base_dofs = model.base_dofs();
     let m = out.as_mut_slice();

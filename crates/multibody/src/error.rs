@@ -154,6 +154,39 @@ pub enum ModelError {
         /// The most similar existing joint.
         nearest: Option<String>,
     },
+    /// A follower leaves its limits wherever its leader may be. Remedy: correct the limits, or multiplier and offset.
+    #[error(
+        "joint `{joint}` follows joint `{leader}` and needs it within {} .. {}, but that one is limited to {} .. {}",
+        .needed[0], .needed[1], .allowed[0], .allowed[1]
+    )]
+    MimicLimits {
+        /// The follower.
+        joint: String,
+        /// The joint that it follows.
+        leader: String,
+        /// Positions of the leader at which the follower is within its limits (rad, m).
+        needed: [f64; 2],
+        /// The leader's own limits, or what other followers left of them (rad, m).
+        allowed: [f64; 2],
+    },
+    /// A follower cannot stand still while its leader moves. Remedy: lock the leader.
+    #[error(
+        "joint `{joint}` is locked but follows joint `{leader}`, which is not; lock `{leader}`, its followers stay with it"
+    )]
+    LockedFollower {
+        /// The follower.
+        joint: String,
+        /// The joint that it follows.
+        leader: String,
+    },
+    /// A follower was asked for where only a joint with a coordinate makes sense. Remedy: name its leader.
+    #[error("joint `{joint}` follows joint `{leader}` and has no coordinate of its own; name `{leader}` instead")]
+    Follows {
+        /// The follower.
+        joint: String,
+        /// The joint that it follows.
+        leader: String,
+    },
     /// A joint that was asked for or locked does not exist.
     #[error("there is no joint `{name}`{}", suggestion(.nearest))]
     UnknownJoint {

@@ -1,5 +1,6 @@
 //! Forward kinematics.
 
+use crate::coupling::coupled;
 use crate::rigid::{cross, cross_motion, product, rotate, rotate_add, scale_add, scaled_add, turned_about_z};
 use crate::workspace::BodyMotion;
 use crate::{Base, Configuration, JointMotion, Model, Workspace};
@@ -12,7 +13,15 @@ const VECTORISED_MAX_RAD: f64 = 1e3;
 
 /// Placements of all bodies. Afterwards [`Workspace::placement`] answers for every frame.
 pub fn forward_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
-    sines(model, &mut ws.sines, q);
+    match &model.coupling {
+        None => tree_kinematics(model, ws, q),
+        Some(coupling) => coupled::kinematics(coupling, model, ws, q),
+    }
+}
+
+/// [`forward_kinematics`] in the coordinates of the tree.
+pub(crate) fn tree_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
+    sines(&mut ws.sines, q);
     ws.origin = q.base.translation;
     place(model, &ws.sines, &mut ws.motion, &q.base.rotation, q);
 }
@@ -48,8 +57,8 @@ pub(crate) fn place(
 }
 
 /// `(sin q, cos q)` of every joint, four at a time.
-pub(crate) fn sines(model: &Model, sines: &mut [(f64, f64)], q: &Configuration) {
-    assert_eq!(q.joints.len(), model.joint_count(), "joint positions");
+pub(crate) fn sines(sines: &mut [(f64, f64)], q: &Configuration) {
+    assert_eq!(q.joints.len(), sines.len(), "joint positions");
     let mut four = [0.0; 4];
     for (sines, angles) in sines.chunks_mut(4).zip(q.joints.as_slice().chunks(4)) {
         four[..angles.len()].copy_from_slice(angles);
@@ -66,8 +75,16 @@ pub(crate) fn sines(model: &Model, sines: &mut [(f64, f64)], q: &Configuration) 
 /// Placements and velocities of all bodies. Afterwards [`Workspace::placement`] and [`Workspace::velocity`] answer for
 /// every frame.
 pub fn forward_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
-    assert_eq!(v.len(), model.nv(), "velocities");
-    forward_kinematics(model, ws, q);
+    match &model.coupling {
+        None => tree_kinematics_velocity(model, ws, q, v),
+        Some(coupling) => coupled::kinematics_velocity(coupling, model, ws, q, v),
+    }
+}
+
+/// [`forward_kinematics_velocity`] in the coordinates of the tree.
+pub(crate) fn tree_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
+    assert_eq!(v.len(), model.tree_dofs(), "velocities");
+    tree_kinematics(model, ws, q);
     ws.motion[0].v = base_motion(model, ws, v);
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate().skip(1) {
@@ -77,7 +94,7 @@ pub fn forward_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Config
     }
 }
 
-/// Spatial accelerations of all bodies when `vd = 0`, the base's given, after [`forward_kinematics_velocity`].
+/// Spatial accelerations of all bodies when `vd = 0`, the base's given, after [`tree_kinematics_velocity`].
 pub(crate) fn bias_accelerations(model: &Model, ws: &mut Workspace, v: &DVector<f64>, base: Twist) {
     ws.motion[0].a = base;
     let rates = &v.as_slice()[model.base_dofs()..];
@@ -139,7 +156,7 @@ mod tests {
         for k in 0..40_000 {
             let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9][k % 6];
             q.joints.iter_mut().enumerate().for_each(|(j, angle)| *angle = scale * ((k * 7 + j) as f64 * 0.618).sin());
-            sines(&model, &mut ws.sines, &q);
+            sines(&mut ws.sines, &q);
             for (pair, angle) in ws.sines.iter().zip(q.joints.iter()) {
                 let (sin, cos) = angle.sin_cos();
                 // One unit in the last place of 1.

@@ -1,9 +1,11 @@
 //! The constant description of a robot, built once.
 
+use crate::coupling::{Coupling, Law};
 use crate::error::nearest;
+use crate::mimic::{self, Drive};
 use crate::rigid::Symmetric;
 use crate::urdf::{self, Kind, Tree, TreeJoint};
-use crate::{Configuration, Item, ModelError};
+use crate::{Configuration, ModelError};
 use nalgebra::DVector;
 use spatial::{Inertia, InertiaError, Mat3, Transform, Vec3, so3};
 use std::collections::HashMap;
@@ -39,8 +41,7 @@ pub struct ModelOptions {
     /// What the root link is attached to.
     pub base: Base,
     /// Joints that this scene does not move, with the position (rad, m) at which they are merged into their parents. A joint
-    /// that mimics a locked one is locked with it, at `multiplier * position + offset`, unless it is listed itself. All other
-    /// `<mimic>` joints move independently.
+    /// that mimics a locked one is locked with it, at `multiplier * position + offset`, unless it is listed itself.
     pub locked_joints: Vec<(String, f64)>,
     /// Acceleration of free fall (m/s^2), world axes.
     pub gravity: Vec3,
@@ -62,6 +63,10 @@ impl Default for ModelOptions {
 /// Position of a joint in [`Model::joints`]; its column in `v` is `model.base_dofs() + index`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct JointIndex(pub usize);
+
+/// Position of a joint in [`Model::followers`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FollowerIndex(pub usize);
 
 /// Position of a frame in [`Model::frames`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -91,15 +96,44 @@ pub enum JointMotion {
     Prismatic,
 }
 
-/// A movable joint.
+/// A movable joint with a coordinate of its own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name in the URDF.
     pub name: String,
     /// What its coordinate measures.
     pub motion: JointMotion,
-    /// What it may do.
+    /// What it may do; position and speed also such that its followers stay within their limits.
     pub limits: Limits,
+    /// The body that it moves, beside those of its followers.
+    pub(crate) body: usize,
+}
+
+/// A joint that another one carries along (`<mimic>`): it is at `multiplier * q[joint] + offset` and has no coordinate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower {
+    /// Name in the URDF.
+    pub name: String,
+    /// What its position measures.
+    pub motion: JointMotion,
+    /// What the file says of it; the leader's position and speed are bounded accordingly.
+    pub limits: Limits,
+    /// The joint that it follows. Chains of followers are resolved: this one has a coordinate.
+    pub joint: JointIndex,
+    /// Its motion over the leader's; never zero.
+    pub multiplier: f64,
+    /// Its position (rad, m) when the leader is at zero.
+    pub offset: f64,
+    /// The body that it moves.
+    pub(crate) body: usize,
+}
+
+impl Follower {
+    /// Where it is (rad, m).
+    #[must_use]
+    pub fn position(&self, q: &Configuration) -> f64 {
+        self.multiplier * q.joints[self.joint.0] + self.offset
+    }
 }
 
 /// A named frame, rigidly attached to a body.
@@ -112,8 +146,9 @@ pub struct Frame {
     pub(crate) placement: Transform,
 }
 
-/// One moving body with everything that is rigidly attached to it. `bodies[0]` is the base, `bodies[i + 1]` is moved by
-/// joint `i`. Parents come before children, and the bodies below any body follow it without a gap.
+/// One moving body with everything that is rigidly attached to it. `bodies[0]` is the base; each other one is moved by a
+/// joint or a follower of its own, `bodies[i + 1]` by joint `i` where nothing follows. Parents come before children, and the
+/// bodies below any body come after it without a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Body {
     pub parent: usize,
@@ -126,7 +161,7 @@ pub(crate) struct Body {
     pub first_moment: Vec3,
     /// Rotational inertia about the frame's origin (kg m^2).
     pub about_origin: Symmetric,
-    /// Added to the joint's diagonal entry of M (kg m^2, kg).
+    /// Added to the diagonal entry of its joint in the tree's M (kg m^2, kg).
     pub rotor_inertia: f64,
 }
 
@@ -152,14 +187,17 @@ pub struct Model {
     gravity: Vec3,
     total_mass_kg: f64,
     joints: Vec<Joint>,
+    followers: Vec<Follower>,
     pub(crate) bodies: Vec<Body>,
+    /// `None` where nothing follows: the robot's coordinates are those of its tree.
+    pub(crate) coupling: Option<Coupling>,
     frames: Vec<Frame>,
     impossible_links: Vec<(String, InertiaError)>,
 }
 
 impl Model {
-    /// Reads a URDF. Joints are ordered depth first, children in the file's order; a joint with `<mimic>` is one of them, as
-    /// free as the others.
+    /// Reads a URDF. Joints are ordered depth first, children in the file's order. A joint with `<mimic>` is none of them but
+    /// one of [`Model::followers`]; where its leader cannot move, or with the multiplier zero, it is merged as a fixed one is.
     ///
     /// # Errors
     /// [`ModelError`] names the link or joint that is wrong.
@@ -168,28 +206,34 @@ impl Model {
         if let (InertiaCheck::Strict, Some((link, cause))) = (options.inertia, tree.impossible.first()) {
             return Err(ModelError::Inertia { link: link.clone(), cause: *cause });
         }
-        let locked = locked_positions(&tree, &options.locked_joints)?;
+        let drives = mimic::drives(&tree, &options.locked_joints)?;
         let mut model = Self {
             name: tree.name.clone(),
             base: options.base,
             gravity: options.gravity,
             total_mass_kg: 0.0,
             joints: Vec::new(),
+            followers: Vec::new(),
+            coupling: None,
             bodies: vec![Body::massless(0, JointMotion::Revolute, Transform::identity())],
             frames: Vec::new(),
             impossible_links: tree.impossible.clone(),
         };
         // Depth first with an explicit stack of joints to cross: a chain of any length is read.
-        let mut pending = Vec::new();
+        let (mut pending, mut movers) = (Vec::new(), Vec::new());
         model.add_link(&tree, tree.root, 0, Transform::identity(), &mut pending);
         while let Some((joint, body, X_BJ)) = pending.pop() {
-            let joint: &TreeJoint = &tree.joints[joint];
-            let (body, X_BL) = model.attach(joint, locked.get(joint.name.as_str()).copied(), body, X_BJ)?;
-            model.add_link(&tree, joint.child, body, X_BL, &mut pending);
+            let child = tree.joints[joint].child;
+            let (below, X_BL) = model.attach(&tree.joints[joint], drives[joint], body, X_BJ);
+            if below != body {
+                movers.push(joint);
+            }
+            model.add_link(&tree, child, below, X_BL, &mut pending);
         }
-        if model.joints.len() > JOINTS_MAX {
-            return Err(ModelError::TooManyJoints { found: model.joints.len(), limit: JOINTS_MAX });
+        if model.bodies.len() > JOINTS_MAX + 1 {
+            return Err(ModelError::TooManyJoints { found: model.bodies.len() - 1, limit: JOINTS_MAX });
         }
+        model.add_joints(&tree, &drives, &movers)?;
         model.refuse_indefinite_bodies()?;
         if model.base == Base::Fixed {
             // What is attached to the world is part of the world.
@@ -223,33 +267,55 @@ impl Model {
     }
 
     /// Where the child link of a joint goes: into the same body if it does not move, else into a new one.
-    fn attach(
-        &mut self,
-        joint: &TreeJoint,
-        locked_at: Option<f64>,
-        body: usize,
-        X_BJ: Transform,
-    ) -> Result<(usize, Transform), ModelError> {
-        let motion = match joint.kind {
-            Kind::Fixed => return Ok((body, X_BJ)),
-            Kind::Revolute | Kind::Continuous => JointMotion::Revolute,
-            Kind::Prismatic => JointMotion::Prismatic,
-        };
-        if let Some(position) = locked_at {
+    fn attach(&mut self, joint: &TreeJoint, drive: Drive, body: usize, X_BJ: Transform) -> (usize, Transform) {
+        let Some(motion) = motion(joint.kind) else { return (body, X_BJ) };
+        if let Drive::Held(position) = drive {
             let X_JL = match motion {
                 JointMotion::Revolute => Transform::new(so3::exp(&(joint.axis * position)), Vec3::zeros()),
                 JointMotion::Prismatic => Transform::from_translation(joint.axis * position),
             };
-            return Ok((body, X_BJ * X_JL));
-        }
-        if joint.kind != Kind::Continuous && !joint.limits.given {
-            return Err(ModelError::MissingLimits { joint: joint.name.clone() });
+            return (body, X_BJ * X_JL);
         }
         let R_JA = with_z_along(&joint.axis);
         let placement = Transform::new(X_BJ.rotation * R_JA, X_BJ.translation);
-        self.joints.push(Joint { name: joint.name.clone(), motion, limits: joint.limits });
         self.bodies.push(Body::massless(body, motion, placement));
-        Ok((self.bodies.len() - 1, Transform::new(R_JA.transpose(), Vec3::zeros())))
+        (self.bodies.len() - 1, Transform::new(R_JA.transpose(), Vec3::zeros()))
+    }
+
+    /// Joints and followers, in the order of the bodies that they move.
+    fn add_joints(&mut self, tree: &Tree, drives: &[Drive], movers: &[usize]) -> Result<(), ModelError> {
+        let mut index = HashMap::new();
+        for (k, &mover) in movers.iter().enumerate() {
+            let TreeJoint { name, kind, limits, .. } = &tree.joints[mover];
+            if matches!(drives[mover], Drive::Free) {
+                // A follower needs no limits: its range follows from its leader's.
+                if *kind != Kind::Continuous && !limits.given {
+                    return Err(ModelError::MissingLimits { joint: name.clone() });
+                }
+                index.insert(mover, self.joints.len());
+                let motion = self.bodies[k + 1].motion;
+                self.joints.push(Joint { name: name.clone(), motion, limits: *limits, body: k + 1 });
+            }
+        }
+        let base_dofs = self.base_dofs();
+        let mut laws: Vec<Law> = (0..base_dofs).map(Law::of_itself).collect();
+        for (k, &mover) in movers.iter().enumerate() {
+            let Drive::Follows { leader, multiplier, offset } = drives[mover] else {
+                laws.push(Law::of_itself(base_dofs + index[&mover]));
+                continue;
+            };
+            let (body, joint) = (k + 1, index[&leader]);
+            let (name, limits, motion) =
+                (tree.joints[mover].name.clone(), tree.joints[mover].limits, self.bodies[body].motion);
+            let follower = Follower { name, motion, limits, joint: JointIndex(joint), multiplier, offset, body };
+            mimic::narrow(&mut self.joints[joint], &follower)?;
+            self.followers.push(follower);
+            laws.push(Law { column: base_dofs + joint, multiplier, offset });
+        }
+        if !self.followers.is_empty() {
+            self.coupling = Some(Coupling { base_dofs, nv: self.nv(), laws });
+        }
+        Ok(())
     }
 
     /// Even a tolerated robot must have a positive definite M.
@@ -296,13 +362,23 @@ impl Model {
         }
     }
 
-    /// Number of movable, unlocked joints (the base is none).
+    /// Length of `v` if nothing followed: the base's columns and one per moving body.
+    pub(crate) fn tree_dofs(&self) -> usize {
+        self.base_dofs() + self.bodies.len() - 1
+    }
+
+    /// The joint whose coordinate moves a body against its parent.
+    pub(crate) fn coordinate(&self, body: usize) -> usize {
+        self.coupling.as_ref().map_or(body - 1, |coupling| coupling.law(body).column - coupling.base_dofs)
+    }
+
+    /// Number of movable, unlocked joints with a coordinate (the base is none).
     #[must_use]
     pub fn joint_count(&self) -> usize {
         self.joints.len()
     }
 
-    /// Movable, unlocked joints in the order of `v`.
+    /// Movable, unlocked joints with a coordinate, in the order of `v`.
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
@@ -311,12 +387,22 @@ impl Model {
     /// Looks up a joint by its URDF name.
     ///
     /// # Errors
-    /// [`ModelError::UnknownJoint`]; locked joints are unknown too.
+    /// [`ModelError::Follows`] for a follower, otherwise [`ModelError::UnknownJoint`]; locked joints are unknown too.
     pub fn joint(&self, name: &str) -> Result<JointIndex, ModelError> {
         self.joints.iter().position(|joint| joint.name == name).map(JointIndex).ok_or_else(|| {
+            if let Some(follower) = self.followers.iter().find(|follower| follower.name == name) {
+                let leader = self.joints[follower.joint.0].name.clone();
+                return ModelError::Follows { joint: name.to_owned(), leader };
+            }
             let nearest = nearest(name, self.joints.iter().map(|joint| joint.name.as_str()));
             ModelError::UnknownJoint { name: name.to_owned(), nearest }
         })
+    }
+
+    /// Joints that others carry along (`<mimic>`), in the order in which the tree is walked.
+    #[must_use]
+    pub fn followers(&self) -> &[Follower] {
+        &self.followers
     }
 
     /// Column of a joint in `v`.
@@ -348,20 +434,26 @@ impl Model {
         FrameIndex(0)
     }
 
-    /// The joint that moves the body to which a frame is attached; `None` if it is the base.
+    /// The joint that moves the body to which a frame is attached, itself or by a follower; `None` if it is the base.
     #[must_use]
     pub fn joint_above(&self, frame: FrameIndex) -> Option<JointIndex> {
-        self.frames[frame.0].body.checked_sub(1).map(JointIndex)
+        match self.frames[frame.0].body {
+            0 => None,
+            body => Some(JointIndex(self.coordinate(body))),
+        }
     }
 
-    /// Does this joint move the frame?
+    /// Does this joint move the frame, itself or by a follower?
     #[must_use]
     pub fn moves(&self, joint: JointIndex, frame: FrameIndex) -> bool {
         let mut body = self.frames[frame.0].body;
-        while body > joint.0 + 1 {
+        while body > 0 {
+            if self.coordinate(body) == joint.0 {
+                return true;
+            }
             body = self.bodies[body].parent;
         }
-        body == joint.0 + 1
+        false
     }
 
     /// Adds a frame at the constant pose `X_PF` in an existing one. Workspaces need not be made anew.
@@ -374,8 +466,16 @@ impl Model {
     /// Inertia of a joint's rotor seen through its gear (kg m^2, kg for a prismatic joint). It enters M's diagonal in
     /// all algorithms; the rotor's gyroscopic effects are neglected.
     pub fn set_rotor_inertia(&mut self, joint: JointIndex, kg_m2: f64) {
-        assert!(kg_m2.is_finite() && kg_m2 >= 0.0, "rotor inertia of `{}`: {kg_m2}", self.joints[joint.0].name);
-        self.bodies[joint.0 + 1].rotor_inertia = kg_m2;
+        let Joint { name, body, .. } = &self.joints[joint.0];
+        assert!(kg_m2.is_finite() && kg_m2 >= 0.0, "rotor inertia of `{name}`: {kg_m2}");
+        self.bodies[*body].rotor_inertia = kg_m2;
+    }
+
+    /// The same for a rotor that turns with a follower, as seen at the follower; its leader feels it `multiplier^2` times.
+    pub fn set_follower_rotor_inertia(&mut self, follower: FollowerIndex, kg_m2: f64) {
+        let Follower { name, body, .. } = &self.followers[follower.0];
+        assert!(kg_m2.is_finite() && kg_m2 >= 0.0, "rotor inertia of `{name}`: {kg_m2}");
+        self.bodies[*body].rotor_inertia = kg_m2;
     }
 
     /// Links that no real body can be, accepted with [`InertiaCheck::Tolerant`].
@@ -390,8 +490,9 @@ impl Model {
         self.total_mass_kg
     }
 
-    /// The first joint that moves nothing: all below it is massless, or lies on its axis, and it has no rotor. M is then
-    /// singular, so [`aba`](crate::aba) and a Cholesky factorisation have no answer. Remedy: lock it, or give it a rotor.
+    /// The first joint that moves nothing, nor do its followers: all below them is massless, or lies on their axes, and they
+    /// have no rotors. M is then singular, so [`aba`](crate::aba) and a Cholesky factorisation have no answer. Remedy: lock
+    /// it, or give it a rotor.
     #[must_use]
     pub fn massless_joint(&self) -> Option<JointIndex> {
         let n = self.bodies.len();
@@ -410,7 +511,9 @@ impl Model {
             };
             *rotor_inertia == 0.0 && (!below[i] || (is_leaf[i] && alone == 0.0))
         };
-        (1..n).find(|&i| moves_nothing(i)).map(|i| JointIndex(i - 1))
+        let mut idle = vec![true; self.joints.len()];
+        (1..n).for_each(|i| idle[self.coordinate(i)] &= moves_nothing(i));
+        idle.iter().position(|idle| *idle).map(JointIndex)
     }
 
     /// `1 / total mass` (1/kg); a fixed base that carries no mass at all has its centre of mass at O.
@@ -425,40 +528,13 @@ impl Model {
     }
 }
 
-/// Where each locked joint is held. A joint that mimics a locked one is locked with it.
-fn locked_positions<'a>(tree: &'a Tree, locked: &[(String, f64)]) -> Result<HashMap<&'a str, f64>, ModelError> {
-    let joints: HashMap<&str, &TreeJoint> = tree.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect();
-    let similar = |name: &str| nearest(name, joints.keys().copied());
-    let mut positions = HashMap::new();
-    for (name, position) in locked {
-        let joint = joints
-            .get(name.as_str())
-            .ok_or_else(|| ModelError::UnknownJoint { name: name.clone(), nearest: similar(name) })?;
-        if !position.is_finite() {
-            return Err(ModelError::NotFinite { item: Item::Joint(name.clone()), field: "locked position" });
-        }
-        positions.insert(joint.name.as_str(), *position);
+/// What a joint of this kind does; `None` if nothing.
+fn motion(kind: Kind) -> Option<JointMotion> {
+    match kind {
+        Kind::Fixed => None,
+        Kind::Revolute | Kind::Continuous => Some(JointMotion::Revolute),
+        Kind::Prismatic => Some(JointMotion::Prismatic),
     }
-    for joint in &tree.joints {
-        let (mut multiplier, mut offset, mut leader) = (1.0, 0.0, joint);
-        let mut steps = 0;
-        while let Some(mimic) = &leader.mimic {
-            (multiplier, offset) = (multiplier * mimic.multiplier, multiplier * mimic.offset + offset);
-            leader = joints.get(mimic.master.as_str()).ok_or_else(|| ModelError::UnknownLeader {
-                joint: leader.name.clone(),
-                leader: mimic.master.clone(),
-                nearest: similar(&mimic.master),
-            })?;
-            steps += 1;
-            if steps > tree.joints.len() {
-                return Err(ModelError::MimicCycle { joint: joint.name.clone() });
-            }
-        }
-        if let Some(position) = positions.get(leader.name.as_str()).copied() {
-            positions.entry(joint.name.as_str()).or_insert(multiplier * position + offset);
-        }
-    }
-    Ok(positions)
 }
 
 /// A rotation whose third column is the unit vector `axis`; exact (a permutation with signs) along coordinate axes.

@@ -4,9 +4,10 @@
 //! is its body's z axis, projecting on the axis costs nothing. The base's entries come out in base axes, as `v` wants them.
 //! Accelerations are those of the frame origins as seen by a resting observer ("classical"), so that a force is `m a`.
 
-use crate::kinematics::sines;
+use crate::coupling::coupled;
+use crate::kinematics::{sines, tree_kinematics};
 use crate::rigid::{cross, cross_add, fma, rotate, rotate_add, turned_about_z, unrotate};
-use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace, forward_kinematics};
+use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace};
 use nalgebra::DVector;
 use spatial::{Mat3, Transform, Vec3, Wrench};
 
@@ -33,10 +34,26 @@ pub fn rnea_with_external(
     external: &[(FrameIndex, Wrench)],
     out: &mut DVector<f64>,
 ) {
-    assert_eq!(a.len(), model.nv(), "accelerations");
+    match &model.coupling {
+        None => tree_forces(model, ws, q, v, a, external, out),
+        Some(coupling) => coupled::inverse_dynamics(coupling, model, ws, q, v, a, external, out),
+    }
+}
+
+/// [`rnea_with_external`] in the coordinates of the tree.
+pub(crate) fn tree_forces(
+    model: &Model,
+    ws: &mut Workspace,
+    q: &Configuration,
+    v: &DVector<f64>,
+    a: &DVector<f64>,
+    external: &[(FrameIndex, Wrench)],
+    out: &mut DVector<f64>,
+) {
+    assert_eq!(a.len(), model.tree_dofs(), "accelerations");
     forces::<true>(model, ws, q, v, a);
     if !external.is_empty() {
-        forward_kinematics(model, ws, q);
+        tree_kinematics(model, ws, q);
         for (frame, wrench) in external {
             let (body, force, moment) = ws.in_body(model, *frame, wrench);
             ws.newton[body].force -= force;
@@ -52,12 +69,34 @@ pub fn rnea_with_external(
 
 /// `out = h(q, v)`: Coriolis, centrifugal and gravity forces.
 pub fn bias_forces(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>, out: &mut DVector<f64>) {
+    match &model.coupling {
+        None => tree_bias_forces(model, ws, q, v, out),
+        Some(coupling) => coupled::bias_forces(coupling, model, ws, q, v, out),
+    }
+}
+
+/// [`bias_forces`] in the coordinates of the tree.
+pub(crate) fn tree_bias_forces(
+    model: &Model,
+    ws: &mut Workspace,
+    q: &Configuration,
+    v: &DVector<f64>,
+    out: &mut DVector<f64>,
+) {
     forces::<false>(model, ws, q, v, v);
     gather(model, ws, out);
 }
 
 /// `out = h(q, 0)`: what holds the robot still.
 pub fn gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
+    match &model.coupling {
+        None => tree_gravity_forces(model, ws, q, out),
+        Some(coupling) => coupled::gravity_forces(coupling, model, ws, q, out),
+    }
+}
+
+/// [`gravity_forces`] in the coordinates of the tree.
+pub(crate) fn tree_gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
     out.as_mut_slice().fill(0.0);
     // The output is the zero velocity until the forces replace it.
     forces::<false>(model, ws, q, out, out);
@@ -111,8 +150,8 @@ fn forces<const ACCELERATED: bool>(
     v: &DVector<f64>,
     a: &DVector<f64>,
 ) {
-    assert_eq!(v.len(), model.nv(), "velocities");
-    sines(model, &mut ws.sines, q);
+    assert_eq!(v.len(), model.tree_dofs(), "velocities");
+    sines(&mut ws.sines, q);
     let base_dofs = model.base_dofs();
     let (rates, accelerations) = (&v.as_slice()[base_dofs..], &a.as_slice()[base_dofs..]);
     let mut base = Newton::new();
@@ -172,7 +211,7 @@ fn forces<const ACCELERATED: bool>(
 
 /// Sums forces towards the base and projects them on the joints.
 fn gather(model: &Model, ws: &mut Workspace, out: &mut DVector<f64>) {
-    assert_eq!(out.len(), model.nv(), "generalised forces");
+    assert_eq!(out.len(), model.tree_dofs(), "generalised forces");
     let base_dofs = model.base_dofs();
     for (i, body) in model.bodies.iter().enumerate().skip(1).rev() {
         let part = &ws.newton[i];

@@ -1,10 +1,11 @@
 //! All that a whole-body controller needs, in one pass.
 
+use crate::coupling::coupled;
 use crate::crba::{in_base_axes, mass_matrix};
 use crate::jacobian::{classical, write_jacobian};
-use crate::kinematics::bias_accelerations;
+use crate::kinematics::{bias_accelerations, tree_kinematics_velocity};
 use crate::rigid::{RigidInertia, cross, cross_force, power, scale_add};
-use crate::{Base, Configuration, FrameIndex, Model, Workspace, forward_kinematics_velocity};
+use crate::{Base, Configuration, FrameIndex, Model, Workspace};
 use nalgebra::{DMatrix, DVector};
 use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench, so3};
 
@@ -53,7 +54,10 @@ impl WholeBodyTerms {
     /// Memory for a model and the frames that the controller uses.
     #[must_use]
     pub fn new(model: &Model, frames: &[FrameIndex]) -> Self {
-        let nv = model.nv();
+        Self::with_columns(model.nv(), frames)
+    }
+
+    pub(crate) fn with_columns(nv: usize, frames: &[FrameIndex]) -> Self {
         let frame = |frame: &FrameIndex| FrameTerms {
             frame: *frame,
             placement: Transform::identity(),
@@ -84,7 +88,25 @@ pub fn whole_body_terms(
     v: &DVector<f64>,
     out: &mut WholeBodyTerms,
 ) {
-    forward_kinematics_velocity(model, ws, q, v);
+    if let Some(coupling) = &model.coupling {
+        return coupled::whole_body_terms(coupling, model, ws, q, v, out);
+    }
+    tree_terms(model, ws, q, v, out);
+    for terms in &mut out.frames {
+        frame_terms(model, ws, terms);
+        write_jacobian(model, ws, terms.frame, &mut terms.jacobian);
+    }
+}
+
+/// All but the frames, in the coordinates of the tree.
+pub(crate) fn tree_terms(
+    model: &Model,
+    ws: &mut Workspace,
+    q: &Configuration,
+    v: &DVector<f64>,
+    out: &mut WholeBodyTerms,
+) {
+    tree_kinematics_velocity(model, ws, q, v);
     bias_accelerations(model, ws, v, against_gravity(model));
     for (body, ((motion, inertia), force)) in
         model.bodies.iter().zip(ws.motion.iter().zip(&mut ws.inertia).zip(&mut ws.force))
@@ -107,15 +129,16 @@ pub fn whole_body_terms(
     let R_WB = ws.motion[0].placement.rotation;
     mass_matrix(model, &ws.motion, &ws.inertia, &mut ws.axis_force, Some(&R_WB), &mut out.mass_matrix);
     centroidal(model, ws, v, out);
-    for terms in &mut out.frames {
-        let motion = &ws.motion[model.frames()[terms.frame.0].body];
-        let p_OF = ws.frame_position(model, terms.frame);
-        terms.placement = ws.placement(model, terms.frame);
-        terms.velocity = motion.v.at(&p_OF);
-        let a = Twist { linear: motion.a.linear + model.gravity(), angular: motion.a.angular };
-        terms.drift = classical(&a, &motion.v, &p_OF).to_vector();
-        write_jacobian(model, ws, terms.frame, &mut terms.jacobian);
-    }
+}
+
+/// All of a frame but its Jacobian, after [`tree_terms`].
+pub(crate) fn frame_terms(model: &Model, ws: &Workspace, terms: &mut FrameTerms) {
+    let motion = &ws.motion[model.frames()[terms.frame.0].body];
+    let p_OF = ws.frame_position(model, terms.frame);
+    terms.placement = ws.placement(model, terms.frame);
+    terms.velocity = motion.v.at(&p_OF);
+    let a = Twist { linear: motion.a.linear + model.gravity(), angular: motion.a.angular };
+    terms.drift = classical(&a, &motion.v, &p_OF).to_vector();
 }
 
 /// Centre of mass and momentum from composite inertias, axis forces and summed forces.

@@ -1,6 +1,7 @@
 //! All memory of the algorithms.
 
 use crate::aba::Articulated;
+use crate::coupling::TreeMemory;
 use crate::rigid::{RigidInertia, unrotate};
 use crate::rnea::Newton;
 use crate::{FrameIndex, Model};
@@ -28,7 +29,7 @@ pub(crate) struct BodyMotion {
 pub struct Workspace {
     /// `p_WO`.
     pub(crate) origin: Vec3,
-    /// `(sin q, cos q)` per joint.
+    /// `(sin q, cos q)` of every joint of the tree.
     pub(crate) sines: Vec<(f64, f64)>,
     pub(crate) motion: Vec<BodyMotion>,
     /// The same in base axes, positions only.
@@ -42,6 +43,8 @@ pub struct Workspace {
     /// Generalised forces of the refinement, and the accelerations before it.
     pub(crate) forces: DVector<f64>,
     pub(crate) unrefined: DVector<f64>,
+    /// Only where joints follow others.
+    pub(crate) tree: Option<Box<TreeMemory>>,
 }
 
 impl Workspace {
@@ -63,6 +66,7 @@ impl Workspace {
             articulated: vec![Articulated::default(); n],
             forces: DVector::zeros(model.nv()),
             unrefined: DVector::zeros(model.nv()),
+            tree: model.coupling.as_ref().map(|_| Box::new(TreeMemory::new(model))),
         }
     }
 

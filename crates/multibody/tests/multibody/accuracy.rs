@@ -1,6 +1,6 @@
 //! What is lost when forces hardly determine accelerations, and that it is reported.
 
-use crate::random_robot::{Random, configuration, model};
+use crate::random_robot::{Random, configuration, coupled_model, model};
 use multibody::*;
 use nalgebra::{DVector, dvector};
 use spatial::Vec3;
@@ -65,8 +65,10 @@ fn what_a_stretched_pendulum_loses_is_reported() {
 
 #[test]
 fn ordinary_robots_lose_nothing_to_speak_of() {
-    for seed in 0..6 {
-        let model = model(seed, &ModelOptions::default());
+    for (seed, make) in
+        (0..6).flat_map(|seed| [(seed, model as fn(u64, &ModelOptions) -> Model), (seed, coupled_model)])
+    {
+        let model = make(seed, &ModelOptions::default());
         let mut random = Random(500 + seed);
         let (q, nv, mut ws) = (configuration(&model, &mut random), model.nv(), Workspace::new(&model));
         let (v, tau) = (random.list(nv, 2.0), random.list(nv, 5.0));

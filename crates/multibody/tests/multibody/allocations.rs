@@ -1,6 +1,6 @@
 //! After construction nothing allocates.
 
-use crate::random_robot::{Random, configuration, model};
+use crate::random_robot::{Random, configuration, coupled_model, model};
 use multibody::*;
 use nalgebra::{DMatrix, DVector};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -41,8 +41,9 @@ fn the_guard_sees_an_allocation() {
 
 #[test]
 fn algorithms_do_not_allocate() {
-    for base in [Base::Floating, Base::Fixed] {
-        let model = model(3, &ModelOptions { base, ..ModelOptions::default() });
+    let options = |base| ModelOptions { base, ..ModelOptions::default() };
+    let robots = [Base::Floating, Base::Fixed].map(|base| [model(3, &options(base)), coupled_model(3, &options(base))]);
+    for model in robots.into_iter().flatten() {
         let mut random = Random(9);
         let (q, nv) = (configuration(&model, &mut random), model.nv());
         let (v, a, tau) = (random.list(nv, 1.0), random.list(nv, 1.0), random.list(nv, 1.0));

@@ -1,6 +1,6 @@
 //! Algorithms against each other and against the laws of mechanics.
 
-use crate::random_robot::{Random, configuration, model};
+use crate::random_robot::{Random, configuration, coupled_model, model};
 use multibody::*;
 use nalgebra::{DMatrix, DVector};
 use spatial::{Transform, Twist, Vec3, Vec6, Wrench, so3};
@@ -14,9 +14,9 @@ const SEEDS: u64 = 6;
 
 fn robots() -> impl Iterator<Item = (Model, Random)> {
     (0..SEEDS).flat_map(|seed| {
-        [Base::Floating, Base::Fixed].into_iter().map(move |base| {
+        [Base::Floating, Base::Fixed].into_iter().flat_map(move |base| {
             let options = ModelOptions { base, gravity: Vec3::new(0.7, -0.4, -9.81), ..ModelOptions::default() };
-            (model(seed, &options), Random(1000 + seed))
+            [model(seed, &options), coupled_model(seed, &options)].map(|model| (model, Random(1000 + seed)))
         })
     })
 }

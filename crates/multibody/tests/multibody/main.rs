@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod allocations;
+mod coupled;
 mod hrp4;
 mod identities;
 mod motion;

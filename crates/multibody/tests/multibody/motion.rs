@@ -1,6 +1,6 @@
 //! Laws of motion: what a robot does when it is let go.
 
-use crate::random_robot::{Random, configuration, model};
+use crate::random_robot::{Random, configuration, coupled_model, model};
 use multibody::*;
 use nalgebra::{DMatrix, DVector};
 use spatial::{Vec3, Vec6};
@@ -45,8 +45,11 @@ fn assert_order(name: &str, coarse: f64, fine: f64, expected: f64) {
 
 #[test]
 fn energy_is_conserved_with_the_order_of_the_integrator() {
-    for (base, seed) in [(Base::Floating, 1), (Base::Floating, 4), (Base::Fixed, 2), (Base::Fixed, 5)] {
-        let model = model(seed, &ModelOptions { base, ..ModelOptions::default() });
+    let free = [(Base::Floating, 1), (Base::Floating, 4), (Base::Fixed, 2), (Base::Fixed, 5)];
+    let coupled = [(Base::Floating, 0), (Base::Floating, 3), (Base::Fixed, 1), (Base::Fixed, 2)];
+    let options = |base| ModelOptions { base, ..ModelOptions::default() };
+    let robots = free.map(|(base, seed)| (model(seed, &options(base)), seed)).into_iter();
+    for (model, seed) in robots.chain(coupled.map(|(base, seed)| (coupled_model(seed, &options(base)), seed))) {
         let mut random = Random(seed);
         let (q, v) = (configuration(&model, &mut random), random.list(model.nv(), 0.5));
         let mut ws = Workspace::new(&model);
@@ -64,8 +67,8 @@ fn energy_is_conserved_with_the_order_of_the_integrator() {
 #[test]
 fn in_free_fall_the_centre_of_mass_falls_and_the_momentum_stays() {
     let options = ModelOptions { gravity: Vec3::new(0.5, -1.0, -9.81), ..ModelOptions::default() };
-    for seed in 0..6 {
-        let model = model(seed, &options);
+    for (seed, model) in (0..6).flat_map(|seed| [(seed, model(seed, &options)), (seed, coupled_model(seed, &options))])
+    {
         let mut random = Random(50 + seed);
         let (q, v) = (configuration(&model, &mut random), random.list(model.nv(), 3.0));
         // Joint torques are internal: they change nothing either.
@@ -122,20 +125,22 @@ fn a_thousand_turns_leave_the_base_a_rotation() {
 #[test]
 fn the_factored_mass_matrix_solves_the_equations_of_motion() {
     for (seed, base) in [(0, Base::Floating), (1, Base::Fixed), (2, Base::Floating), (3, Base::Fixed)] {
-        let model = model(seed, &ModelOptions { base, ..ModelOptions::default() });
-        let mut random = Random(seed);
-        let (q, nv) = (configuration(&model, &mut random), model.nv());
-        let (v, tau) = (random.list(nv, 2.0), random.list(nv, 10.0));
-        let (mut ws, mut mass) = (Workspace::new(&model), DMatrix::zeros(nv, nv));
-        let (mut bias, mut expected) = (DVector::zeros(nv), DVector::zeros(nv));
-        crba(&model, &mut ws, &q, &mut mass);
-        bias_forces(&model, &mut ws, &q, &v, &mut bias);
-        aba(&model, &mut ws, &q, &v, &tau, &mut expected);
-        let mut factor = MassFactor::new(&model);
-        factor.factor(&mass).unwrap();
-        let mut found = &tau - &bias;
-        factor.solve(&mut found);
-        assert!((&found - &expected).amax() < 1e-9 * (1.0 + expected.amax()));
+        for make in [model, coupled_model] {
+            let model = make(seed, &ModelOptions { base, ..ModelOptions::default() });
+            let mut random = Random(seed);
+            let (q, nv) = (configuration(&model, &mut random), model.nv());
+            let (v, tau) = (random.list(nv, 2.0), random.list(nv, 10.0));
+            let (mut ws, mut mass) = (Workspace::new(&model), DMatrix::zeros(nv, nv));
+            let (mut bias, mut expected) = (DVector::zeros(nv), DVector::zeros(nv));
+            crba(&model, &mut ws, &q, &mut mass);
+            bias_forces(&model, &mut ws, &q, &v, &mut bias);
+            aba(&model, &mut ws, &q, &v, &tau, &mut expected);
+            let mut factor = MassFactor::new(&model);
+            factor.factor(&mass).unwrap();
+            let mut found = &tau - &bias;
+            factor.solve(&mut found);
+            assert!((&found - &expected).amax() < 1e-9 * (1.0 + expected.amax()));
+        }
     }
 }
 

@@ -83,13 +83,56 @@ pub fn urdf(seed: u64, n: usize) -> String {
     text
 }
 
-/// A model and, per call, states far outside its limits.
-pub fn model(seed: u64, options: &ModelOptions) -> Model {
-    let mut model = Model::from_urdf(&urdf(seed, 24), options).expect("the generator writes valid robots");
+/// A `<mimic>`: `q[follower] = multiplier * q[leader] + offset`.
+pub struct Mimic {
+    pub follower: String,
+    pub leader: String,
+    pub multiplier: f64,
+    pub offset: f64,
+}
+
+/// The tree of [`urdf`] in which every third movable joint follows another one, above or below it, some over two steps.
+pub fn coupled_urdf(seed: u64, n: usize) -> (String, Vec<Mimic>) {
+    let mut random = Random(seed ^ 0xC0FFEE);
+    let mut lines: Vec<String> = urdf(seed, n).lines().map(str::to_owned).collect();
+    let is_movable = |line: &String| line.starts_with("<joint") && !line.contains("type=\"fixed\"");
+    let movable: Vec<usize> = (0..lines.len()).filter(|&k| is_movable(&lines[k])).collect();
+    let name = |line: &String| line.split('"').nth(1).expect("a joint has a name").to_owned();
+    let (followers, free): (Vec<usize>, Vec<usize>) = (0..movable.len()).partition(|k| k % 3 == 1);
+    let mut mimics = Vec::new();
+    for (k, &follower) in followers.iter().enumerate() {
+        // Every third follower follows the follower before it.
+        let leader = if k % 3 == 2 { followers[k - 1] } else { free[random.below(free.len())] };
+        let (multiplier, offset) =
+            ((0.4 + random.symmetric().abs()) * random.symmetric().signum(), 0.3 * random.symmetric());
+        let leader = name(&lines[movable[leader]]);
+        let line = &mut lines[movable[follower]];
+        let element = format!(r#"<mimic joint="{leader}" multiplier="{multiplier}" offset="{offset}"/></joint>"#);
+        *line = line.replace("</joint>", &element);
+        mimics.push(Mimic { follower: name(line), leader, multiplier, offset });
+    }
+    (lines.join("\n"), mimics)
+}
+
+/// Rotors on every joint, leaders and followers.
+pub fn with_rotors(mut model: Model) -> Model {
     for i in 0..model.joint_count() {
         model.set_rotor_inertia(multibody::JointIndex(i), 0.01 * (i % 3) as f64);
     }
+    for i in 0..model.followers().len() {
+        model.set_follower_rotor_inertia(multibody::FollowerIndex(i), 0.02 * (i % 2) as f64);
+    }
     model
+}
+
+/// A model and, per call, states far outside its limits.
+pub fn model(seed: u64, options: &ModelOptions) -> Model {
+    with_rotors(Model::from_urdf(&urdf(seed, 24), options).expect("the generator writes valid robots"))
+}
+
+/// The same with joints that follow others.
+pub fn coupled_model(seed: u64, options: &ModelOptions) -> Model {
+    with_rotors(Model::from_urdf(&coupled_urdf(seed, 24).0, options).expect("the generator writes valid robots"))
 }
 
 pub fn configuration(model: &Model, random: &mut Random) -> Configuration {

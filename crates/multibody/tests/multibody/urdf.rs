@@ -128,28 +128,105 @@ fn a_locked_joint_is_as_if_it_had_been_fixed_there() {
     assert!((block - &m).amax() < 1e-12 * m.amax());
 }
 
-#[test]
-fn a_mimic_is_independent_but_locked_with_its_leader() {
-    let mimic = r#"<mimic joint="j" multiplier="2" offset="0.25"/>"#;
-    let parts = [
+/// Revolute j carries prismatic k, which follows it with these attributes.
+fn follower(attributes: &str, limit: &str) -> Vec<String> {
+    let mimic = format!(r#"<mimic joint="j" {attributes}/>"#);
+    vec![
         link("a", MASS),
         link("b", MASS),
         link("c", MASS),
         joint("j", "revolute", "a", "b", LIMIT),
-        joint("k", "prismatic", "b", "c", &format!("{LIMIT}{mimic}")),
-    ];
-    assert_eq!(read(&parts).unwrap().joint_count(), 2);
-    let options = ModelOptions { locked_joints: vec![("j".to_owned(), 0.5)], ..ModelOptions::default() };
-    let model = Model::from_urdf(&robot(&parts), &options).unwrap();
-    assert_eq!(model.joint_count(), 0);
-    let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &model.neutral());
-    assert!((ws.placement(&model, model.frame("c").unwrap()).translation.x - 1.25).abs() < 1e-15);
-    let cycle =
-        [link("a", MASS), link("b", MASS), joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="j"/>"#))];
-    assert_refused!(cycle, ModelError::MimicCycle { .. }, "joint `j`");
-    let unknown = pair(joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="left_knee"/>"#)));
-    assert_refused!(unknown, ModelError::UnknownLeader { .. }, "joint `j` mimics joint `left_knee`");
+        joint("k", "prismatic", "b", "c", &format!("{limit}{mimic}")),
+    ]
+}
+
+#[test]
+fn a_follower_is_locked_with_its_leader() {
+    let parts = follower(r#"multiplier="2" offset="0.25""#, LIMIT);
+    let model = read(&parts).unwrap();
+    assert_eq!((model.joint_count(), model.followers().len(), model.nv()), (1, 1, 7));
+    let locked = |locks: &[(&str, f64)]| {
+        let locked_joints = locks.iter().map(|(name, position)| ((*name).to_owned(), *position)).collect();
+        Model::from_urdf(&robot(&parts), &ModelOptions { locked_joints, ..ModelOptions::default() })
+    };
+    // By its leader, and by itself beside it.
+    for (locks, expected) in [(&[("j", 0.5)][..], 1.25), (&[("j", 0.5), ("k", 0.125)][..], 0.125)] {
+        let model = locked(locks).unwrap();
+        assert_eq!((model.joint_count(), model.followers().len()), (0, 0));
+        let mut ws = Workspace::new(&model);
+        forward_kinematics(&model, &mut ws, &model.neutral());
+        let found = ws.placement(&model, model.frame("c").unwrap()).translation.x;
+        assert!((found - expected).abs() < 1e-15, "{locks:?}: {found}");
+    }
+    let error = locked(&[("k", 0.1)]).unwrap_err();
+    assert!(matches!(error, ModelError::LockedFollower { .. }), "{error}");
+    assert!(error.to_string().contains("joint `k` is locked but follows joint `j`"), "{error}");
+    assert!(matches!(locked(&[("j", 1e308), ("k", f64::NAN)]), Err(ModelError::NotFinite { .. })));
+    assert!(matches!(locked(&[("j", 1e308)]), Err(ModelError::NotFinite { .. })), "twice that is infinite");
+}
+
+#[test]
+fn what_cannot_move_holds_its_followers() {
+    let mut fixed_leader = follower(r#"multiplier="2" offset="0.25""#, LIMIT);
+    fixed_leader[3] = joint("j", "fixed", "a", "b", "");
+    for (parts, joints) in [(fixed_leader, 0), (follower(r#"multiplier="0" offset="0.25""#, LIMIT), 1)] {
+        let model = read(&parts).unwrap();
+        assert_eq!((model.joint_count(), model.followers().len()), (joints, 0));
+        let mut ws = Workspace::new(&model);
+        forward_kinematics(&model, &mut ws, &model.neutral());
+        assert_eq!(ws.placement(&model, model.frame("c").unwrap()).translation.x, 0.25);
+    }
+    // A fixed joint follows nobody, whatever the file says.
+    let fixed = pair(joint("j", "fixed", "a", "b", r#"<mimic joint="nobody"/>"#));
+    assert_eq!(read(&fixed).unwrap().joint_count(), 0);
+}
+
+#[test]
+fn chains_of_followers_are_resolved() {
+    let mut parts = follower(r#"multiplier="-2" offset="0.25""#, LIMIT);
+    let mimic = r#"<mimic joint="k" multiplier="3" offset="0.125"/>"#;
+    parts.push(link("d", MASS));
+    parts.push(joint("i", "continuous", "c", "d", mimic));
+    let model = read(&parts).unwrap();
+    let [k, i] = model.followers() else { panic!("two followers") };
+    assert_eq!((k.multiplier, k.offset, k.joint), (-2.0, 0.25, JointIndex(0)));
+    assert_eq!((i.multiplier, i.offset, i.joint), (-6.0, 0.875, JointIndex(0)));
+    // -1 <= -2 q + 0.25 <= 1, and half the follower's speed.
+    let limits = model.joints()[0].limits;
+    assert_eq!((limits.lower, limits.upper, limits.velocity, limits.effort), (-0.375, 0.625, 0.5, 1.0));
+}
+
+#[test]
+fn a_mimic_that_makes_no_sense_names_its_joint() {
+    let mimic =
+        |joint_name: &str| pair(joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="{joint_name}"/>"#)));
+    assert_refused!(mimic("j"), ModelError::MimicCycle { .. }, "joint `j`");
+    assert_refused!(mimic("left_knee"), ModelError::UnknownLeader { .. }, "joint `j` mimics joint `left_knee`");
+    let mut circle = follower("", LIMIT);
+    circle[3] = joint("j", "revolute", "a", "b", &format!(r#"{LIMIT}<mimic joint="k"/>"#));
+    assert_refused!(circle, ModelError::MimicCycle { .. }, "joint `j`");
+    for attribute in [r#"multiplier="nan""#, r#"multiplier="inf""#, r#"offset="nan""#, r#"offset="-inf""#] {
+        assert_refused!(follower(attribute, LIMIT), ModelError::NotFinite { .. }, "joint `k`", "mimic");
+    }
+    assert_refused!(follower(r#"multiplier="1e7""#, LIMIT), ModelError::Absurd { .. }, "joint `k`", "mimic multiplier");
+    assert_refused!(follower(r#"multiplier="two""#, LIMIT), ModelError::Unreadable { .. }, "joint `k`");
+    let nameless = pair(joint("j", "revolute", "a", "b", &format!("{LIMIT}<mimic/>")));
+    assert_refused!(nameless, ModelError::Unreadable { .. }, "joint `j`");
+    let floating = pair(joint("j", "floating", "a", "b", r#"<mimic joint="k"/>"#));
+    assert_refused!(floating, ModelError::UnsupportedJoint { .. }, "joint `j`", "floating");
+    let apart = follower(r#"offset="2.5""#, LIMIT);
+    assert_refused!(apart, ModelError::MimicLimits { .. }, "joint `k` follows joint `j`", "-3.5 .. -1.5", "-1 .. 1");
+}
+
+#[test]
+fn a_follower_needs_no_limits_and_can_limit_a_continuous_leader() {
+    let limits = read(&follower("", "")).unwrap().joints()[0].limits;
+    assert_eq!((limits.lower, limits.upper, limits.velocity), (-1.0, 1.0, 1.0));
+    let mut parts = follower(r#"multiplier="0.5""#, LIMIT);
+    parts[3] = joint("j", "continuous", "a", "b", "");
+    let limits = read(&parts).unwrap().joints()[0].limits;
+    assert_eq!((limits.lower, limits.upper, limits.velocity, limits.given), (-2.0, 2.0, 2.0, true));
+    assert_eq!(limits.effort, f64::INFINITY);
 }
 
 #[test]
