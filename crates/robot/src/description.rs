@@ -17,7 +17,7 @@ pub struct RobotDescription {
     pub torso_link: String,
     /// Frame (URDF link) of the accelerometer and gyroscope.
     pub imu_frame: String,
-    /// All movable joints in the order of the robot's interface.
+    /// All movable joints in the order of the robot's interface, without those that follow others (`<mimic>`).
     pub joints: Vec<String>,
     /// Joints or groups that a walking scene does not move: they are locked at the half-sitting posture.
     pub walking_locked: Vec<String>,

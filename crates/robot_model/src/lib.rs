@@ -1,7 +1,8 @@
 //! A robot's folder as the rigid-body model of a walking scene: what planner, controller and simulator build at start.
 //!
 //! Joints that walking does not move (`walking_locked` in `robot.toml`) are merged into their parents at half-sitting; a
-//! [`JointMap`] says where the others are in the robot's interface.
+//! [`JointMap`] says where the others are in the robot's interface. Joints with `<mimic>` move with their leaders and are no
+//! part of the interface.
 
 use multibody::{Model, ModelError, ModelOptions};
 use robot::{JointMap, Robot};
@@ -23,6 +24,17 @@ pub enum RobotModelError {
     Joints {
         /// The description.
         file: PathBuf,
+    },
+    /// A joint that another one carries along (`<mimic>`) is listed as one of the interface: it has no drive, position or
+    /// torque of its own to be told or reported.
+    #[error("{}: `joints` lists `{joint}`, which follows `{leader}` in the URDF and is not driven; remove it", .file.display())]
+    Follower {
+        /// The description.
+        file: PathBuf,
+        /// The joint.
+        joint: String,
+        /// The joint that it follows.
+        leader: String,
     },
     /// A leg's joints are not listed.
     #[error("{}: groups.{group} must name hip yaw, roll, pitch, knee, ankle pitch and roll", .file.display())]
@@ -56,6 +68,12 @@ pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError
         file: robot.folder.join(&robot.description.urdf),
         source: Box::new(source),
     })?;
+    for follower in model.followers() {
+        if robot.description.joints.contains(&follower.name) {
+            let (joint, leader) = (follower.name.clone(), model.joints()[follower.joint.0].name.clone());
+            return Err(RobotModelError::Follower { file: description(robot), joint, leader });
+        }
+    }
     let names = model.joints().iter().map(|joint| joint.name.as_str());
     let map =
         JointMap::new(&robot.description, names).ok_or_else(|| RobotModelError::Joints { file: description(robot) })?;
@@ -96,6 +114,18 @@ mod tests {
         assert_eq!(found, wanted);
         let untouched = interface.iter().filter(|value| value.is_nan()).count();
         assert_eq!(untouched, 34 - model.joint_count());
+    }
+
+    #[test]
+    fn a_joint_that_follows_another_one_is_moved_but_is_none_of_the_interface() {
+        let mut robot = hrp4();
+        let elbow = r#"<joint name="R_ELBOW_P" type="revolute">"#;
+        robot.urdf = robot.urdf.replacen(elbow, &format!(r#"{elbow}<mimic joint="L_ELBOW_P"/>"#), 1);
+        let listed = walking_model(&robot);
+        assert!(matches!(&listed, Err(RobotModelError::Follower { joint, .. }) if joint == "R_ELBOW_P"), "{listed:?}");
+        robot.description.joints.retain(|joint| joint != "R_ELBOW_P");
+        let (model, map) = walking_model(&robot).expect("the elbow is not listed any more");
+        assert_eq!((model.joint_count(), model.followers().len(), map.interface_count()), (21, 1, 33));
     }
 
     #[test]
