@@ -59,6 +59,21 @@ def random_tree(rng, links):
     return "\n".join([*text, "</robot>"])
 
 
+def with_followers(rng, urdf):
+    """Lets every third movable joint of a random tree follow another one, some of them over two steps."""
+    lines = urdf.split("\n")
+    movable = [k for k, line in enumerate(lines) if line.startswith("<joint") and 'type="fixed"' not in line]
+    names = {k: lines[k].split('"')[1] for k in movable}
+    followers = movable[1::3]
+    for n, k in enumerate(followers):
+        leader = followers[n - 1] if n % 3 == 2 else rng.choice([other for other in movable if other not in followers])
+        # Within the limits of all of them somewhere, for those of followers bound their leaders.
+        multiplier, offset = rng.uniform(0.4, 1.4) * rng.choice([-1, 1]), rng.uniform(-0.3, 0.3)
+        mimic = f'<mimic joint="{names[leader]}" multiplier="{float(multiplier)!r}" offset="{float(offset)!r}"/>'
+        lines[k] = lines[k].replace("</joint>", f"{mimic}</joint>")
+    return "\n".join(lines)
+
+
 def random_states(rng, joints, base_dofs, count):
     """States far outside all limits."""
     import numpy as np
@@ -81,21 +96,36 @@ def random_states(rng, joints, base_dofs, count):
 
 
 class Reference:
-    """The same quantities by Pinocchio, in Soleus' order of joints."""
+    """The same quantities by Pinocchio, in Soleus' order of joints.
 
-    def __init__(self, urdf, joints, fixed_base):
+    Where joints follow others (`<mimic>`), Pinocchio moves the tree without couplings and they come in as the matrix S of
+    `v_tree = S v`: M = S' M_tree S, h = S' h_tree, J = J_tree S, and so on. With `native`, Pinocchio couples the joints itself, in all but
+    the forward dynamics, which it does not have then.
+    """
+
+    def __init__(self, urdf, joints, fixed_base, native=False):
+        import exact
         import numpy as np
         import pinocchio as pin
 
         root = () if fixed_base else (pin.JointModelFreeFlyer(),)
-        self.model = pin.buildModelFromUrdf(str(urdf), *root)
+        self.model = pin.buildModelFromUrdf(str(urdf), *root, mimic=native)
         self.data = self.model.createData()
-        self.fixed_base = fixed_base
+        self.fixed_base, self.native = fixed_base, native
         names = [n for n in self.model.names[1:] if n != "root_joint"]
-        if sorted(names) != sorted(joints):
-            raise ValueError(f"joints differ: {sorted(set(names) ^ set(joints))}")
-        order = [] if fixed_base else list(range(6))
-        self.order = np.array(order + [self.model.joints[self.model.getJointId(n)].idx_v for n in joints], dtype=int)
+        laws = exact.laws(urdf)
+        self.laws = {name: (laws[name][0], float(laws[name][1]), float(laws[name][2])) for name in names}
+        free = [name for name in names if laws[name][0] == name]
+        if sorted(free) != sorted(joints):
+            raise ValueError(f"joints differ: {sorted(set(free) ^ set(joints))}")
+        self.followers = len(self.laws) - len(free)
+        base = 0 if fixed_base else 6
+        self.S = np.zeros((self.model.nv, base + len(joints)))
+        self.S[:base, :base] = np.eye(base)
+        column = {name: base + k for k, name in enumerate(joints)}
+        for name, (leader, multiplier, _) in self.laws.items():
+            if name == leader or (leader and not native):
+                self.S[self.model.joints[self.model.getJointId(name)].idx_v, column[leader]] = multiplier
 
     def configuration(self, state):
         import numpy as np
@@ -105,8 +135,11 @@ class Reference:
         if not self.fixed_base:
             q[:3], q[3:7] = state["base_position"], state["base_quaternion_xyzw"]
             q[3:7] /= np.linalg.norm(q[3:7])
-        for name, angle in state["joint_angles"].items():
+        for name, (leader, multiplier, offset) in self.laws.items():
+            if self.native and name != leader:
+                continue
             joint = self.model.joints[self.model.getJointId(name)]
+            angle = multiplier * state["joint_angles"][leader] + offset if leader else offset
             if joint.nq == 2:
                 q[joint.idx_q], q[joint.idx_q + 1] = np.cos(angle), np.sin(angle)
             else:
@@ -117,24 +150,29 @@ class Reference:
         import numpy as np
         import pinocchio as pin
 
-        model, data, order = self.model, self.data, self.order
+        model, data, S = self.model, self.data, self.S
         q = self.configuration(state)
-        v, a, tau = (np.zeros(model.nv) for _ in range(3))
-        v[order], a[order], tau[order] = state["v"], state["a"], state["tau"]
+        v, a = S @ state["v"], S @ state["a"]
         zero = np.zeros(model.nv)
         out = {}
         M = pin.crba(model, data, q)
         M = np.triu(M) + np.triu(M, 1).T
-        out["M"] = M[np.ix_(order, order)]
-        out["nle"] = pin.nonLinearEffects(model, data, q, v)[order]
-        out["gravity"] = pin.computeGeneralizedGravity(model, data, q)[order]
-        out["rnea"] = pin.rnea(model, data, q, v, a)[order]
-        out["aba"] = pin.aba(model, data, q, v, tau)[order]
-        out["Jcom"] = pin.jacobianCenterOfMass(model, data, q)[:, order]
+        out["M"] = S.T @ M @ S
+        out["nle"] = S.T @ pin.nonLinearEffects(model, data, q, v)
+        out["gravity"] = S.T @ pin.computeGeneralizedGravity(model, data, q)
+        out["rnea"] = S.T @ pin.rnea(model, data, q, v, a)
+        if self.followers == 0:
+            out["aba"] = S.T @ pin.aba(model, data, q, v, S @ state["tau"])
+        elif not self.native:
+            try:
+                out["aba"] = np.linalg.solve(out["M"], state["tau"] - out["nle"])
+            except np.linalg.LinAlgError:
+                out["aba"] = np.full(S.shape[1], np.nan)
+        out["Jcom"] = pin.jacobianCenterOfMass(model, data, q) @ S
         pin.centerOfMass(model, data, q, v, zero)
         out["com"], out["com_drift"] = data.com[0].copy(), data.acom[0].copy()
         pin.ccrba(model, data, q, v)
-        out["Ag"], out["hg"] = data.Ag[:, order], data.hg.vector.copy()
+        out["Ag"], out["hg"] = data.Ag @ S, data.hg.vector.copy()
         out["hg_drift"] = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, zero).vector.copy()
         pin.forwardKinematics(model, data, q, v, zero)
         pin.computeJointJacobians(model, data, q)
@@ -143,7 +181,7 @@ class Reference:
         for name in frames:
             frame = model.getFrameId(name, pin.FrameType.BODY)
             out["placement", name] = data.oMf[frame].homogeneous
-            out["J", name] = pin.getFrameJacobian(model, data, frame, axes)[:, order]
+            out["J", name] = pin.getFrameJacobian(model, data, frame, axes) @ S
             out["drift", name] = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
         return out
 
@@ -153,7 +191,7 @@ class NotRead(Exception):
 
 
 def compare(binary, urdf, seed, count, fixed_base=False, decide_all=False):
-    """Worst relative error per quantity, and the states whose forward dynamics 60 digits decided."""
+    """Worst relative error per quantity, joints with followers and whether Pinocchio couples them too, and the states whose forward dynamics 60 digits decided."""
     import exact
     import numpy as np
     import pinocchio as pin
@@ -166,12 +204,17 @@ def compare(binary, urdf, seed, count, fixed_base=False, decide_all=False):
         raise NotRead(listed.stderr.strip())
     joints = json.loads(listed.stdout)
     try:
-        reference = Reference(urdf, joints, fixed_base)
+        references = [Reference(urdf, joints, fixed_base)]
     except (RuntimeError, ValueError) as error:
         raise NotRead(f"Pinocchio: {error}") from error
+    if references[0].followers:
+        try:
+            references.append(Reference(urdf, joints, fixed_base, native=True))
+        except (RuntimeError, ValueError):
+            pass  # Pinocchio couples joints only where the leader comes first; its tree with S remains
     rng = np.random.default_rng(seed)
     states = random_states(rng, joints, 0 if fixed_base else 6, count)
-    bodies = [f.name for f in reference.model.frames if f.type == pin.FrameType.BODY]
+    bodies = [f.name for f in references[0].model.frames if f.type == pin.FrameType.BODY]
     frames = sorted(set(rng.choice(bodies, size=min(8, len(bodies)), replace=False)))
     answer = run(["--frames", *frames], json.dumps({"states": states}))
     if answer.returncode not in (0, 1):
@@ -179,7 +222,7 @@ def compare(binary, urdf, seed, count, fixed_base=False, decide_all=False):
     worst, decided = {}, []
     for k, (state, ours) in enumerate(zip(states, json.loads(answer.stdout)["states"])):
         found, expected = {}, {}
-        for key, value in reference.terms(state, frames).items():
+        for key, value in (item for reference in references for item in reference.terms(state, frames).items()):
             name, answer = (key, ours[key]) if isinstance(key, str) else (key[0], ours["frames"][key[1]][key[0]])
             if answer is not None:  # aba of a robot with a joint that moves nothing: nobody has an answer
                 found.setdefault(name, []).extend(np.ravel(answer))
@@ -194,7 +237,7 @@ def compare(binary, urdf, seed, count, fixed_base=False, decide_all=False):
                 decided.append(Decision(k, error, *errors, ours["aba_error"]))
                 error = decided[-1].soleus
             worst[name] = max(worst.get(name, 0.0), error)
-    return worst, len(joints), decided
+    return worst, (len(joints), references[0].followers, len(references) == 2), decided
 
 
 class Decision(typing.NamedTuple):
@@ -209,7 +252,7 @@ class Decision(typing.NamedTuple):
 
 
 def without_mimic(urdf, folder):
-    """A copy without `<mimic>`, which neither program uses here; for a file in which one names a joint that does not exist."""
+    """A copy without `<mimic>`, for a file in which one names a joint that does not exist."""
     path = folder / urdf.name
     path.write_text(re.sub(r"<mimic\b[^>]*?/>|<mimic\b.*?</mimic>", "", urdf.read_text(), flags=re.DOTALL))
     return path
@@ -280,18 +323,21 @@ def main():
         path = trees / f"tree_{arguments.seed}_{k}.urdf"
         path.write_text(random_tree(np.random.default_rng([arguments.seed, k]), 3 + 2 * k))
         cases.append((path.name, path, k % 4 == 3))
+        coupled = trees / f"tree_{arguments.seed}_{k}_coupled.urdf"
+        coupled.write_text(with_followers(np.random.default_rng([arguments.seed, k, 1]), path.read_text()))
+        cases.append((coupled.name, coupled, k % 4 == 3))
     total, failed, unread, decisions = {}, [], [], []
-    print(f"{'robot':58} {'joints':>6} {'worst':>9}  of")
+    print(f"{'robot':58} {'joints':>6} {'followers':>9} {'worst':>9}  of")
     for name, path, fixed_base in cases:
         try:
-            worst, joints, decided = compare(binary, path, arguments.seed, arguments.states, fixed_base, arguments.exact)
+            worst, (joints, followers, native), decided = compare(binary, path, arguments.seed, arguments.states, fixed_base, arguments.exact)
         except NotRead as error:
             unread.append((name, str(error), by_pinocchio(path)))
             if " mimics " in str(error) and not name.endswith(" without <mimic>"):
                 cases.append((f"{name} without <mimic>", without_mimic(path, trees), fixed_base))
             continue
         quantity = max(worst, key=worst.get)
-        print(f"{name:58} {joints:6} {worst[quantity]:9.1e}  {quantity}")
+        print(f"{name:58} {joints:6} {followers or '':8}{'*' if native else ' '} {worst[quantity]:9.1e}  {quantity}")
         decisions += [(name, decision) for decision in decided]
         failed += [name] if worst[quantity] > LIMIT else []
         for key, error in worst.items():
@@ -304,6 +350,7 @@ def main():
     print()
     for name, error, pinocchio in unread:
         print(f"not compared: {name}\n  Soleus: {error}\n  Pinocchio: {pinocchio}")
+    print("* Pinocchio couples followers itself; without, its tree is coupled here")
     print(f"{len(cases) - len(unread)} robots compared, {len(failed)} above {LIMIT:g}")
     return 1 if failed or (unread and not arguments.all) else 0
 

@@ -4,6 +4,8 @@ Shares nothing with either of them: no library reads the file, no link is merged
 of virtual power every link adds `m Jv' (Jv vd + a - g) + Jw' (I (Jw vd + e) + w x I w)` to the generalised force, where `a` and `e`
 are the accelerations of its centre of mass and of its rotation when vd = 0. That gives M and h; `M vd = tau - h` is solved by LU.
 
+A joint with `<mimic>` moves at its multiplier times the rate of the joint that it follows: it is one more part of that one's column.
+
 The numbers of the file and of the state are taken as doubles, which is how both programs receive them; everything after that
 (rotations from roll, pitch and yaw, unit axes, sines) is exact to 60 digits.
 """
@@ -75,14 +77,32 @@ def pose(element):
     return rotation, numbers(origin, "xyz", "0 0 0")
 
 
+def laws(urdf):
+    """Of every joint that is not fixed: leader, multiplier and offset. It leads itself if it follows nobody; no leader: it cannot move."""
+    joints = {joint.get("name"): joint for joint in ElementTree.parse(urdf).getroot().findall("joint")}
+
+    def law(name):
+        joint, mimic = joints[name], joints[name].find("mimic")
+        if joint.get("type") == "fixed":
+            return None, mpf(0), mpf(0)
+        if mimic is None:
+            return name, mpf(1), mpf(0)
+        (multiplier,), (offset,) = numbers(mimic, "multiplier", "1"), numbers(mimic, "offset", "0")
+        leader, factor, shift = law(mimic.get("joint"))
+        return (leader if multiplier else None), multiplier * factor, multiplier * shift + offset
+
+    return {name: law(name) for name, joint in joints.items() if joint.get("type") != "fixed"}
+
+
 class Robot:
-    """The tree of a URDF; `joints` names the movable ones in the order of v."""
+    """The tree of a URDF; `joints` names those with a coordinate in the order of v."""
 
     def __init__(self, urdf, joints, fixed_base):
         root = ElementTree.parse(urdf).getroot()
         self.fixed_base = fixed_base
         self.column = {name: k + (0 if fixed_base else 6) for k, name in enumerate(joints)}
         self.nv = len(joints) + (0 if fixed_base else 6)
+        self.laws = laws(urdf)
         self.below = {link.get("name"): [] for link in root.findall("link")}
         moved = set()
         for joint in root.findall("joint"):
@@ -130,7 +150,11 @@ class Robot:
                 R, r = product(rotation, R), times(rotation, p)
                 w_child, e_child, above, coriolis = w, e, columns, zero
                 if kind != "fixed":
-                    rate, angle = v[self.column[name]], mpf(state["joint_angles"][name])
+                    leader, multiplier, angle = self.laws[name]
+                    rate = mpf(0)
+                    if leader:
+                        rate = multiplier * v[self.column[leader]]
+                        angle += multiplier * mpf(state["joint_angles"][leader])
                     z = times(R, axis)
                     if kind == "prismatic":
                         r = add(r, scale(z, angle))
@@ -139,7 +163,9 @@ class Robot:
                         R = product(R, about(axis, angle))
                         w_child, e_child = add(w, scale(z, rate)), add(e, scale(cross(w, z), rate))
                     motion = "prismatic" if kind == "prismatic" else "revolute"
-                    above = [*columns, (self.column[name], motion, z, add(position, r))]
+                    above = columns
+                    if leader:
+                        above = [*columns, (self.column[leader], motion, scale(z, multiplier), add(position, r))]
                 a_child = add(a, cross(e, r), cross(w, cross(w, r)), coriolis)
                 pending.append((child, R, add(position, r), w_child, a_child, e_child, above))
         return M, h

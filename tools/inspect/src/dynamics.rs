@@ -21,11 +21,12 @@ const HELP: &str = r#"INPUT, one JSON document on stdin (--example prints a comp
   }]}
   v = base linear, base angular (both in the base frame), joint rates in the order that --joints prints; a is its time
   derivative, tau the generalised force. With --fixed-base the six base entries are absent.
-  <mimic> joints are independent: each has its own entry in v and its own angle, multiplier and offset are not applied. Only
-  --lock uses them: a joint that mimics a locked one is locked with it.
+  Joints with <mimic> follow their leader: they have no entry in v, a and tau and no angle ("followers" of the output lists them),
+  and all results are those of the coupled robot. --lock on the leader locks them as well.
 
 OUTPUT, one JSON document on stdout:
-  "robot", "nv", "mass", "joints"; "states": one object per state:
+  "robot", "nv", "mass", "joints"; "followers": "name", the "joint" that it follows, "multiplier", "offset";
+  "states": one object per state:
      "M"          nv x nv mass matrix
      "nle"        h(q, v): Coriolis, centrifugal and gravity forces
      "gravity"    h(q, 0)
@@ -105,7 +106,16 @@ struct Output<'a> {
     nv: usize,
     mass: f64,
     joints: Vec<&'a str>,
+    followers: Vec<FollowerOutput<'a>>,
     states: Vec<Terms>,
+}
+
+#[derive(Serialize)]
+struct FollowerOutput<'a> {
+    name: &'a str,
+    joint: &'a str,
+    multiplier: f64,
+    offset: f64,
 }
 
 #[derive(Serialize)]
@@ -174,8 +184,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Some(_) => Outcome::NotSolved,
         None => Outcome::Solved,
     };
-    door::write(&Output { robot: model.name(), nv: model.nv(), mass: model.total_mass_kg(), joints, states })?;
+    let (followers, mass) = (followers(&model), model.total_mass_kg());
+    door::write(&Output { robot: model.name(), nv: model.nv(), mass, joints, followers, states })?;
     Ok(outcome)
+}
+
+fn followers(model: &Model) -> Vec<FollowerOutput<'_>> {
+    let joints = model.joints();
+    let followers = model.followers().iter().map(|follower| FollowerOutput {
+        name: &follower.name,
+        joint: &joints[follower.joint.0].name,
+        multiplier: follower.multiplier,
+        offset: follower.offset,
+    });
+    followers.collect()
 }
 
 struct Evaluator<'a> {
@@ -304,6 +326,26 @@ mod tests {
             terms.com_drift
         );
         assert!((terms.com[0] + 0.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_follower_has_no_entry_and_is_listed() {
+        // A second rod on the same hinge, which turns twice as far: 0.6 (1 + 2 * 2).
+        let second = r#"<link name="other"><inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+              <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+            <joint name="echo" type="continuous"><parent link="base"/><child link="other"/><axis xyz="0 1 0"/>
+              <mimic joint="swing" multiplier="2" offset="0.5"/></joint></robot>"#;
+        let text = PENDULUM.replace("</robot>", second);
+        let model = Model::from_urdf(&text, &ModelOptions { base: Base::Fixed, ..Default::default() }).unwrap();
+        let listed = serde_json::to_value(followers(&model)).unwrap();
+        let expected = serde_json::json!([{"name": "echo", "joint": "swing", "multiplier": 2.0, "offset": 0.5}]);
+        assert_eq!(listed, expected);
+        let mut evaluator = Evaluator::new(&model, &[]);
+        let terms = evaluator.terms(&door::parse(r#"{"joint_angles": {"swing": 0.1}}"#).unwrap()).unwrap();
+        assert!((terms.M[0][0] - 3.0).abs() < 1e-15);
+        let named =
+            evaluator.terms(&door::parse(r#"{"joint_angles": {"echo": 0.1}}"#).unwrap()).err().expect("refused");
+        assert!(format!("{named:#}").contains("joint `echo` follows joint `swing`"), "{named:#}");
     }
 
     #[test]
