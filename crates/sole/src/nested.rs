@@ -188,6 +188,9 @@ impl NestedEstimator {
     fn jacobian(&self, problem: &ContactProblem, forces: &[Vec3], positions: &[Vec3], zmp: &Vec3) -> Mat6 {
         let active: Vec<usize> =
             (0..forces.len()).filter(|i| self.workspace.states()[*i] != LocalState::Open).collect();
+        if active.is_empty() {
+            return Mat6::zeros();
+        }
         let m = 3 * active.len();
         let (w, o) = (problem.delassus(), self.pose.translation);
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];

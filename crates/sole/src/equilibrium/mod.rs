@@ -9,9 +9,10 @@
 //! 6 equations; the 6 x 6 matrix left over is the tangent stiffness at frozen states.
 //!
 //! Here: the state of a stance and its history. The equations are in `residual`, their derivatives in `system`, the iteration and
-//! the rates in `newton`, the points' states in `states`.
+//! the rates in `newton`, the points' states in `states`, what is done when these run in circles in `pose_newton`.
 
 mod newton;
+mod pose_newton;
 mod residual;
 mod sliding;
 mod states;
@@ -25,7 +26,7 @@ use crate::estimate::{EulerOrder, Foothold};
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
 use nalgebra::{RowVector3, Vector2};
-use spatial::{Mat6, Transform, Vec3, Vec6, so3};
+use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
 use std::sync::Arc;
 
 /// How one Newton solve ended.
@@ -52,7 +53,7 @@ pub(crate) struct Work {
     pub residual: f64,
 }
 
-// What each constant is worth was measured with `examples/hard_cases.rs`: 2123 ticks, 64,747 iterations, 109 ticks unsolved because they
+// What each constant is worth was measured with `examples/hard_cases.rs`: 2123 ticks, 63,363 iterations, 109 ticks unsolved because they
 // fold. "Half" and "double" say how the iterations change when it is halved and doubled; the same ticks are solved, to the same answers,
 // unless said otherwise.
 
@@ -72,21 +73,16 @@ const FLOOR_ULPS: f64 = 40.0;
 /// Half, double and without any screening: the same iterations; looking at all points costs time only.
 const SCREEN: f64 = 2.0;
 
-/// From this iteration on only one point changes its state at a time, which ends some circles. Half +1 %, double 0, never -1 %, but each
-/// time one tick is lost, the first one of a sole with Poisson's ratio 0.49: that 10 finds it is luck.
-const CAUTIOUS_AFTER: usize = 10;
-
 /// Simplified Newton: the factors of the last step are used again when, at the rate of that step, the iteration would end within
 /// this many more. New factors cost about as much as that many steps with old ones where every point slides, less elsewhere.
 /// Half -2 %, double +2 %.
 const SAME_FACTORS: i32 = 4;
 
-/// A point whose state does not fit its force or gap, and by how much (N).
+/// A point whose state does not fit its force or gap.
 #[derive(Debug, Clone, Copy)]
 struct Change {
     point: usize,
     to: NodeState,
-    wrong_n: f64,
 }
 
 /// A saved state to return to when an attempt fails.
@@ -393,9 +389,9 @@ impl Equilibrium {
         self.saved = own;
     }
 
-    /// Rotation (rad) since the remembered state.
-    pub(crate) fn turned_since_saved(&self) -> f64 {
-        so3::log(&(self.pose.rotation * self.saved.pose.rotation.transpose())).norm()
+    /// Angle (rad) to an earlier orientation.
+    pub(crate) fn turned_since(&self, before: &Mat3) -> f64 {
+        so3::log(&(self.pose.rotation * before.transpose())).norm()
     }
 
     /// Mean depth of the undeformed places of the points in contact under the ground, over the thickness; see

@@ -1,8 +1,7 @@
 //! The iteration, the rates of the pose, and what is looked at when it is over.
 
 use super::{
-    CAUTIOUS_AFTER, End, Equilibrium, Limits, SAME_FACTORS, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts,
-    scaled_solve, stack,
+    End, Equilibrium, Limits, SAME_FACTORS, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts, scaled_solve, stack,
 };
 use crate::NodeState;
 use friction::dense::{add_one, add_three, lu_solve};
@@ -54,7 +53,7 @@ impl Equilibrium {
             self.pose.translation += linear;
             self.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.pose.rotation));
             self.evaluate();
-            settled = !self.update_states(iteration >= CAUTIOUS_AFTER);
+            settled = !self.update_states();
             if !settled {
                 self.evaluate();
                 before = None;
@@ -205,6 +204,6 @@ impl Equilibrium {
         }
         // Points that lift or slide on the way do so before the first factorisation, not after it.
         self.evaluate();
-        Some(!self.update_states(false))
+        Some(!self.update_states())
     }
 }

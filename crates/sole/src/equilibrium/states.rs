@@ -77,26 +77,25 @@ impl Equilibrium {
         self.pose.point(&(self.model.contact_points()[point] + u))
     }
 
-    /// New states from the present forces and gaps; true when any changed. `cautious`: only the point that is most in the wrong
-    /// changes, which ends the cycles that changing all of them can run into.
-    pub(super) fn update_states(&mut self, cautious: bool) -> bool {
+    /// New states from the present forces and gaps; true when any changed.
+    pub(super) fn update_states(&mut self) -> bool {
         self.changes.clear();
         for (slot, point) in self.stiffness.points().iter().enumerate() {
             let force = self.pose.rotation * block(&self.f, slot);
             let (tangential, normal) = (Vector2::new(force.x, force.y), force.z);
             let bound = self.model.friction()[*point] * normal;
-            let change = |to: NodeState, wrong_n: f64| Change { point: *point, to, wrong_n };
+            let change = |to: NodeState| Change { point: *point, to };
             if normal < -self.floor_n {
-                self.changes.push(change(NodeState::Free, -normal));
+                self.changes.push(change(NodeState::Free));
             } else if self.states[*point] == NodeState::Stick {
                 let excess = tangential.norm() - bound;
                 if excess > self.floor_n {
-                    self.changes.push(change(NodeState::Slip, excess));
+                    self.changes.push(change(NodeState::Slip));
                 }
             } else {
                 let slack = bound - (tangential - self.rho[*point] * self.slips[*point]).norm();
                 if slack > self.floor_n {
-                    self.changes.push(change(NodeState::Stick, slack));
+                    self.changes.push(change(NodeState::Stick));
                 }
             }
         }
@@ -105,19 +104,13 @@ impl Equilibrium {
             if self.states[point] == NodeState::Free && self.pose.point(&self.model.contact_points()[point]).z < far {
                 let gap = self.gap(point);
                 if gap < -self.floor_m {
-                    self.changes.push(Change { point, to: NodeState::Stick, wrong_n: -gap * self.rho[point] });
+                    self.changes.push(Change { point, to: NodeState::Stick });
                 }
             }
         }
-        if cautious
-            && let Some(worst) = self.changes.iter().copied().reduce(|a, b| if b.wrong_n > a.wrong_n { b } else { a })
-        {
-            self.changes.clear();
-            self.changes.push(worst);
-        }
         let families = self.families();
         for k in 0..self.changes.len() {
-            let Change { point, to, .. } = self.changes[k];
+            let Change { point, to } = self.changes[k];
             if self.states[point] == NodeState::Free {
                 // Lands: sliding when its way since the reference is more sideways than friction can hold.
                 let away = self.free_position(point) - self.reference(point, &families);

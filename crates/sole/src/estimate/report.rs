@@ -41,8 +41,9 @@ pub enum Status {
         /// Distance beyond the outermost point (m).
         by_m: f64,
     },
-    /// No pose carries this load: following it from the last one that was carried stops on the way. At full load that is the fold of
-    /// the first tick, whose references turn with the sole (35): see the crate.
+    /// No pose was found that carries this load: following it from the last one that was carried stops on the way. At full load that
+    /// is the fold of the first tick, whose references turn with the sole (35): see the crate. With friction far above one, or Poisson's
+    /// ratio near a half, there may be a pose further away.
     Fold {
         /// ZMP of the last load that was carried (m).
         reached_zmp_m: Vector2<f64>,

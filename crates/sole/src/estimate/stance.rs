@@ -76,7 +76,8 @@ pub struct EstimatorSettings {
     pub period_s: f64,
     /// Newton iterations per attempt.
     pub iterations_max: usize,
-    /// Newton iterations in all when the direct attempt fails and the load is followed step by step. 0: never.
+    /// Newton iterations in all when the direct attempt fails and the load is followed step by step. 0: neither that nor Newton on the
+    /// pose alone is tried.
     pub continuation_iterations_max: usize,
     /// `|F_t| > friction_use_max * mu F_n` is refused. Near 1 the sliding distance diverges (31 mm at 0.9999).
     pub friction_use_max: f64,

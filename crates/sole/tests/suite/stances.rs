@@ -359,6 +359,91 @@ fn soft_hard_thick_thin_and_nearly_incompressible_soles() {
     }
 }
 
+fn nearly_incompressible(height: f64, cells: [usize; 3], friction: f64) -> Arc<SoleModel> {
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, height], cells };
+    let material = Material { young_modulus_pa: 0.32e6, poisson_ratio: 0.49 };
+    Arc::new(
+        SoleModel::build(&SoleSettings { mesh, material, friction, ..SoleSettings::default() }).expect("a sound sole"),
+    )
+}
+
+#[test]
+fn nearly_incompressible_soles_carry_any_first_load() {
+    // The states of their points run in circles under several of these loads.
+    for (height, cells, mu) in
+        [(0.021, [6, 4, 2], 0.3), (0.021, [12, 7, 3], 0.65), (0.021, [12, 7, 3], 1.0), (0.03, [10, 5, 5], 0.65)]
+    {
+        let model = nearly_incompressible(height, cells, mu);
+        for (k, load) in walking_stance::scattered_loads(mu).iter().enumerate() {
+            let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+            estimator.touch_down(Foothold::default());
+            let report = estimator.step(load);
+            assert!(report.status.is_solved(), "{cells:?}, mu {mu}, load {k}: {:?}", report.status);
+            laws_hold(&model, report, load.force.norm());
+        }
+    }
+}
+
+#[test]
+fn friction_on_nearly_incompressible_soles_allows_several_poses_and_the_same_one_is_always_taken() {
+    let model = nearly_incompressible(0.021, [6, 4, 2], 0.65);
+    let (mut same, mut other) = (0, 0);
+    for load in walking_stance::scattered_loads(0.65) {
+        let answer = || {
+            let mut estimator = StanceEstimator::new(Arc::clone(&model), tight());
+            estimator.touch_down(Foothold::default());
+            estimator.step(&load).clone()
+        };
+        let taken = answer();
+        assert_eq!(taken, answer());
+        // The paper's scheme goes another way, now and then to another solution of the same equations.
+        let settings = NestedSettings { tolerance: 1e-11, ..NestedSettings::default() };
+        let nested = NestedEstimator::touch_down(Arc::clone(&model), settings, Foothold::default()).step(&load);
+        if taken.status.is_solved() && nested.converged {
+            laws_hold(&model, &taken, load.force.norm());
+            let (a, b) = (taken.sole_pose.translation, nested.sole_pose.translation);
+            let apart = (a - b).norm() / a.norm();
+            assert!(!(1e-7..1e-4).contains(&apart), "neither the same nor another solution: {apart}");
+            same += usize::from(apart <= 1e-7);
+            other += usize::from(apart >= 1e-4);
+        }
+    }
+    assert!(same > 20 && other > 2, "{same} the same, {other} others");
+}
+
+#[test]
+fn on_very_rough_ground_the_sole_is_glued_until_a_row_lifts_and_every_step_to_the_edge_is_solved() {
+    for (cells, sign) in [([5, 4, 2], 1.0), ([5, 4, 2], -1.0), ([12, 7, 3], 1.0), ([12, 7, 3], -1.0)] {
+        let model = sole(cells, 0.021, Level::Fem);
+        let n = model.contact_points().len();
+        let model = Arc::new(model.as_ref().clone().with_friction(vec![100.0; n]).expect("friction"));
+        let glued = model.bonded_stiffness().lu();
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        let (mut stuck, mut lifted) = (0, 0);
+        for step in 0..=95 {
+            let x_m = sign * 0.115 * 0.01 * f64::from(step);
+            let report = estimator
+                .step(&StanceReference::constant(Vec3::new(0.0, 0.0, WEIGHT_N), Vector2::new(x_m, 0.0)))
+                .clone();
+            assert!(report.status.is_solved(), "{cells:?}, {x_m}: {:?}", report.status);
+            laws_hold(&model, &report, WEIGHT_N);
+            if report.sticking == n {
+                stuck += 1;
+                // One spring, linear: what is left is the way of the points themselves, which moves the moment's arm.
+                let linear = glued.solve(&-Vec6::new(0.0, 0.0, WEIGHT_N, 0.0, -x_m * WEIGHT_N, 0.0)).expect("stiff");
+                let turned = so3::log(&report.sole_pose.rotation);
+                let away = (turned - Vec3::new(linear[3], linear[4], linear[5])).norm();
+                assert!(away < 0.01 * linear[4].abs() + 1e-9, "{cells:?}, {x_m}: {turned} instead of {linear}");
+                assert!((report.sole_pose.translation.z / linear[2] - 1.0).abs() < 1e-3);
+            }
+            lifted += usize::from(report.free > 0);
+        }
+        // Glued inside the middle third, as any footing without tension.
+        assert!((28..40).contains(&stuck) && stuck + lifted >= 95, "{stuck} {lifted}");
+    }
+}
+
 fn foam(young_modulus_pa: f64, cells: [usize; 3]) -> Arc<SoleModel> {
     let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells };
     let material = Material { young_modulus_pa, poisson_ratio: 0.31 };

@@ -86,3 +86,21 @@ pub fn reference(tick: usize, mirror: bool) -> StanceReference {
         zmp: std::array::from_fn(|i| Vector2::new(zmp_x.0[i], zmp_y.0[i])),
     }
 }
+
+/// Forty loads of 0.4 to 383 N, the horizontal force to 0.9 of what friction `mu` (but no more than 0.65) holds, the ZMP to 0.78 of the half size.
+#[allow(dead_code)]
+pub fn scattered_loads(mu: f64) -> Vec<StanceReference> {
+    let mut seed = 2024_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (seed >> 33) as f64 / f64::from(1u32 << 31) * 2.0 - 1.0
+    };
+    let mut load = || {
+        let normal_n = 383.0 * 10f64.powf(-3.0 * random().abs());
+        let (part, (sine, cosine)) = (0.9 * random().abs(), (std::f64::consts::PI * random()).sin_cos());
+        let horizontal = f64::min(mu, 0.65) * part;
+        let force = normal_n * Vec3::new(horizontal * cosine, horizontal * sine, 1.0);
+        StanceReference::constant(force, Vector2::new(0.09 * random(), 0.05 * random()))
+    };
+    (0..40).map(|_| load()).collect()
+}
