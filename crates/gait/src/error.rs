@@ -6,7 +6,7 @@ use qp::Status;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GaitError {
     /// A setting lies outside its range.
-    #[error("{field} = {value}: {remedy}")]
+    #[error("{field} = {}: {remedy}", short(*.value))]
     Setting {
         /// Table and key.
         field: &'static str,
@@ -24,6 +24,18 @@ pub enum GaitError {
         found: usize,
         /// Number of phases.
         expected: usize,
+    },
+    /// The walk has more polynomials than can be planned in one go: plan it in parts, or more coarsely.
+    #[error(
+        "the walk has {phases} polynomials with {samples} samples each: at most {} polynomials and {} samples in all are planned in one go",
+        crate::PHASES_MAX,
+        crate::SAMPLES_MAX
+    )]
+    TooLarge {
+        /// Polynomial pieces.
+        phases: usize,
+        /// Samples of each.
+        samples: u32,
     },
     /// The margin leaves no place for the ZMP: reduce it below half of the sole's smaller side.
     #[error(
@@ -98,6 +110,12 @@ pub enum GaitError {
         /// How far from optimal.
         residual: f64,
     },
+}
+
+/// Without three hundred zeros.
+fn short(value: f64) -> String {
+    let readable = value == 0.0 || (1e-6..1e12).contains(&value.abs());
+    if readable { value.to_string() } else { format!("{value:e}") }
 }
 
 fn list(conflict: &[RowLabel]) -> String {

@@ -95,6 +95,7 @@ mod layout;
 mod plan;
 mod problem;
 pub mod quadrature;
+mod ranges;
 mod route;
 mod settings;
 
@@ -104,6 +105,7 @@ pub use cost::CostTerms;
 pub use error::GaitError;
 pub use plan::{Plan, PlanReport, ProgramReport, plan};
 pub use problem::PatternProblem;
+pub use ranges::{PHASES_MAX, SAMPLES_MAX};
 pub use route::{Footstep, Route};
 pub use settings::{
     BodySettings, CostSettings, DiscretisationSettings, GaitSettings, Landing, LimitSettings, SoleOutline,

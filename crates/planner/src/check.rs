@@ -187,6 +187,17 @@ mod tests {
     }
 
     #[test]
+    fn a_walk_too_long_for_its_message_is_refused_by_its_number_of_phases() {
+        for (swings, phases) in [("1400", 4201), ("4294967295", 12_884_901_886)] {
+            let refused = plan(&[&format!("gait.walk.swings={swings}")]).expect_err("no reader has memory for it");
+            let PlannerError::Pattern(messages::PatternRefused::TooLong { found }) = refused else {
+                panic!("{refused}")
+            };
+            assert_eq!(found, phases);
+        }
+    }
+
+    #[test]
     fn a_body_that_is_too_high_is_refused_with_leg_and_amount() {
         let refused = plan(&["gait.body.com_height_m=0.9"]).expect_err("no leg is that long");
         let PlannerError::NotWalkable(NotWalkable::TooShort { by_m, .. }) = refused else { panic!("{refused}") };

@@ -18,7 +18,7 @@ pub use reach::{LegsError, RobotLegs};
 pub use settings::{PlannerError, PlannerSettings};
 
 use gait::{CheckReport, Plan};
-use messages::{PatternHeader, PatternPhase, write_pattern};
+use messages::{MAX_PHASES, PatternHeader, PatternPhase, PatternRefused, write_pattern};
 use robot::Robot;
 
 /// A planned walk with its message.
@@ -44,6 +44,9 @@ pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
     let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
     settings.check(&robot)?;
     let gait = settings.gait_of(&robot);
+    if gait.phases() > MAX_PHASES {
+        return Err(PatternRefused::TooLong { found: gait.phases() }.into());
+    }
     let plan = gait::plan(&gait)?;
     let check = check::check(&plan, &gait, &robot, settings.sole.friction)?;
     let models = soles::build(&robot, &settings.sole, &mut soles::Store::none())?;

@@ -36,6 +36,9 @@ pub struct Arguments {
     example: bool,
 }
 
+/// Samples that are printed; each takes about a kilobyte.
+const SAMPLES_MAX: f64 = 1e6;
+
 /// Everything that is printed.
 #[derive(Serialize)]
 struct Answer {
@@ -180,6 +183,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Err(error) => return refuse(&error),
     };
     let solved = Instant::now();
+    let samples = plan.pattern.duration_s() * arguments.rate_hz;
+    anyhow::ensure!(
+        samples <= SAMPLES_MAX,
+        "--rate-hz {}: {samples:.0} samples, at most {SAMPLES_MAX} are printed: give a lower rate",
+        arguments.rate_hz
+    );
     let check = gait::check(&plan, &settings, 1e-3, None);
     let checked = Instant::now();
     let microseconds = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e6;
@@ -209,7 +218,7 @@ fn refuse(error: &GaitError) -> anyhow::Result<Outcome> {
 }
 
 fn read(arguments: &Arguments) -> anyhow::Result<GaitSettings> {
-    let mut table = toml::Table::new();
+    let mut table = toml::Table::try_from(GaitSettings::default()).context("writing the defaults")?;
     let mut name = "the defaults".to_string();
     if let Some(path) = &arguments.config {
         name = path.display().to_string();
