@@ -7,8 +7,8 @@ use serde::Deserialize;
 use spatial::Vec3;
 use std::path::PathBuf;
 use wholebody::{
-    Backend, CollisionSettings, ConstraintSettings, FootSettings, Gains, LinkCapsule, PostureJoint, SoleRectangle,
-    TaskSettings, WholeBodySettings,
+    Backend, CollisionSettings, ConstraintSettings, FootSettings, Gains, Limit, LinkCapsule, PostureJoint,
+    RelaxationSettings, SoleRectangle, TaskSettings, WholeBodySettings,
 };
 
 use crate::settle::SettleSettings;
@@ -31,6 +31,9 @@ pub struct ControllerSettings {
     /// Self-collision.
     #[serde(default)]
     pub collision: Collision,
+    /// What gives way when limits exclude each other.
+    #[serde(default)]
+    pub relaxation: Relaxation,
     /// Solver of the quadratic program.
     #[serde(default)]
     pub solver: Solver,
@@ -149,15 +152,102 @@ impl Default for Collision {
     }
 }
 
+/// Section `[relaxation]`; see [`RelaxationSettings`].
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Relaxation {
+    /// First gives way first; what is not listed never does.
+    pub order: Vec<Yielding>,
+    /// Load of a foot beyond its plan and margin (N).
+    pub load_n: f64,
+    /// Acceleration of two bodies towards each other (m/s^2).
+    pub collision_m_per_s2: f64,
+    /// Acceleration of a joint beyond its bound (rad/s^2).
+    pub joint_motion_rad_per_s2: f64,
+    /// Torques give way up to this part of the motor's limit.
+    pub torque_factor: f64,
+    /// Acceleration by which a stance ankle may leave its target (m/s^2, rad/s^2).
+    pub contact_m_per_s2: f64,
+}
+
+/// Kinds of limits that may give way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Yielding {
+    /// Load of a foot.
+    Load,
+    /// Damper between bodies.
+    Collision,
+    /// Position and speed of a joint.
+    JointMotion,
+    /// Torque of a joint.
+    Torque,
+    /// Motion of a stance ankle.
+    Contact,
+}
+
+impl From<Limit> for Yielding {
+    fn from(limit: Limit) -> Self {
+        match limit {
+            Limit::Load => Self::Load,
+            Limit::Collision => Self::Collision,
+            Limit::JointMotion => Self::JointMotion,
+            Limit::Torque => Self::Torque,
+            Limit::Contact => Self::Contact,
+        }
+    }
+}
+
+impl From<Yielding> for Limit {
+    fn from(yielding: Yielding) -> Self {
+        match yielding {
+            Yielding::Load => Self::Load,
+            Yielding::Collision => Self::Collision,
+            Yielding::JointMotion => Self::JointMotion,
+            Yielding::Torque => Self::Torque,
+            Yielding::Contact => Self::Contact,
+        }
+    }
+}
+
+impl Relaxation {
+    fn whole_body(&self) -> RelaxationSettings {
+        RelaxationSettings {
+            order: self.order.iter().copied().map(Limit::from).collect(),
+            load_n: self.load_n,
+            collision_m_per_s2: self.collision_m_per_s2,
+            joint_motion_rad_per_s2: self.joint_motion_rad_per_s2,
+            torque_factor: self.torque_factor,
+            contact_m_per_s2: self.contact_m_per_s2,
+        }
+    }
+}
+
+impl Default for Relaxation {
+    fn default() -> Self {
+        let d = RelaxationSettings::default();
+        Self {
+            order: d.order.into_iter().map(Yielding::from).collect(),
+            load_n: d.load_n,
+            collision_m_per_s2: d.collision_m_per_s2,
+            joint_motion_rad_per_s2: d.joint_motion_rad_per_s2,
+            torque_factor: d.torque_factor,
+            contact_m_per_s2: d.contact_m_per_s2,
+        }
+    }
+}
+
 /// Section `[solver]`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// Which.
     pub backend: SolverBackend,
+    /// Takes a step when `backend` runs out of iterations or fails.
+    pub reserve: ReserveBackend,
     /// Tolerance of the interior-point method; the active-set method is exact.
     pub interior_tolerance: f64,
-    /// Changes of the active set after which the fallback takes over.
+    /// Changes of the active set after which the reserve takes over.
     pub iterations_max: usize,
 }
 
@@ -171,9 +261,43 @@ pub enum SolverBackend {
     Interior,
 }
 
+/// Which solver stands in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReserveBackend {
+    /// Own warm-started dual active set.
+    ActiveSet,
+    /// Clarabel.
+    Interior,
+    /// None: the joints are brought to rest instead.
+    None,
+}
+
 impl Default for Solver {
     fn default() -> Self {
-        Self { backend: SolverBackend::ActiveSet, interior_tolerance: 1e-9, iterations_max: 300 }
+        Self {
+            backend: SolverBackend::ActiveSet,
+            reserve: ReserveBackend::Interior,
+            interior_tolerance: 1e-9,
+            iterations_max: 300,
+        }
+    }
+}
+
+impl Solver {
+    fn backend(&self) -> Backend {
+        match self.backend {
+            SolverBackend::ActiveSet => Backend::ActiveSet,
+            SolverBackend::Interior => Backend::Interior { tolerance: self.interior_tolerance },
+        }
+    }
+
+    fn reserve(&self) -> Option<Backend> {
+        match self.reserve {
+            ReserveBackend::ActiveSet => Some(Backend::ActiveSet),
+            ReserveBackend::Interior => Some(Backend::Interior { tolerance: self.interior_tolerance }),
+            ReserveBackend::None => None,
+        }
     }
 }
 
@@ -257,10 +381,9 @@ impl ControllerSettings {
                 ..ConstraintSettings::default()
             },
             collision: self.collision(robot),
-            backend: match self.solver.backend {
-                SolverBackend::ActiveSet => Backend::ActiveSet,
-                SolverBackend::Interior => Backend::Interior { tolerance: self.solver.interior_tolerance },
-            },
+            relaxation: self.relaxation.whole_body(),
+            backend: self.solver.backend(),
+            reserve: self.solver.reserve(),
             iterations_max: self.solver.iterations_max,
         })
     }

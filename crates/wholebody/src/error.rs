@@ -1,3 +1,4 @@
+use crate::settings::Limit;
 use multibody::ModelError;
 use thiserror::Error;
 
@@ -23,6 +24,12 @@ pub enum WholeBodyError {
     PairOfOne {
         /// The name.
         name: String,
+    },
+    /// The order of giving way names a kind of limit twice.
+    #[error("whole-body settings: `relaxation.order` lists {limit:?} twice: keep the first")]
+    ListedTwice {
+        /// The kind.
+        limit: Limit,
     },
     /// A setting is outside of what has a meaning: change it as the remedy says.
     #[error("whole-body settings: `{setting}` is {found}, must be {expected}: {remedy}")]

@@ -1,30 +1,35 @@
 //! What happens when a program has no solution.
 //!
-//! 1. **Infeasible**: the solver names rows that exclude each other and by how much. Of these the one of lowest rank is
-//!    widened by just that much (twice as much each time it comes up again), provided that it is within its allowance, and
-//!    the program is solved again:
+//! 1. **Infeasible**: the solver names rows that exclude each other and by how much. Of these the one that comes first in
+//!    [`RelaxationSettings::order`] is widened by just that much (twice as much each time it comes up again), provided that all
+//!    its widenings together stay within its allowance, and the program is solved again. With the default order:
 //!
-//!    | rank | limit | allowance | why it gives way |
+//!    | rank | limit | default allowance | why it gives way |
 //!    |---|---|---|---|
 //!    | 1 | load of a foot | 1000 N | a matter of smoothness |
 //!    | 2 | collision damper | 20 m/s² | speeds of approach, far from touching |
 //!    | 3 | joint position and speed | 200 rad/s² | the robot's own controller guards them too |
-//!    | 4 | joint torque | 50 N m | set below what the motors can do |
-//!    | 5 | motion of a stance ankle | any | the foot would slide or the sole deform otherwise |
+//!    | 4 | joint torque | up to what the motor can do | the controller's limit may be a part of the motor's |
+//!    | 5 | motion of a stance ankle | 1e4 m/s² or rad/s² | the foot would slide or the sole deform otherwise |
 //!    | – | dynamics, pushing-only contacts | none | physics: never |
 //!
-//! 2. **No solution** after [`ATTEMPTS_MAX`] attempts, out of iterations, or a numerical failure: joints are brought to rest
-//!    with the deceleration they can count on, the last torques and wrenches are kept. From a state that is not a number
-//!    nothing follows: the last step's next configuration stands, at rest.
+//!    No torque beyond the motor's own limit is ever sent.
+//! 2. **Out of iterations, or a numerical failure**: the reserve, a solver that shares no code with the first, takes the same
+//!    program (by default Clarabel, which allocates then), and the first one starts cold at the next step. If the reserve finds
+//!    the program infeasible, the ladder goes on with rung 1.
+//! 3. **No solution** after [`ATTEMPTS_MAX`] attempts, or neither solver has one: joints are brought to rest with the
+//!    deceleration they can count on, the last torques and wrenches are kept. From a state that is not a number nothing
+//!    follows: the last step's next configuration stands, at rest.
 //!
-//! Every widening and every contradiction is in the report.
+//! Every widening, every contradiction and who answered is in the report.
 
 use crate::constraint::limits::JointLimits;
 use crate::formulation::Formulation;
-use crate::layout::ConstraintId;
+use crate::layout::{ConstraintId, Layout};
 use crate::reference::RobotState;
-use crate::report::{Relaxation, StepReport, StepStatus};
-use qp::dense::{Contradiction, Problem};
+use crate::report::{AnsweredBy, Relaxation, StepReport, StepStatus};
+use crate::settings::{Limit, RelaxationSettings};
+use qp::dense::{Contradiction, Outcome, Problem};
 use qp::{Conflict, Row, Status};
 
 /// Programs solved per step at most.
@@ -41,68 +46,129 @@ const GENEROSITY: f64 = 1e-6;
 /// Time constant (s) of the damping of a held robot.
 const HOLD_TIME_S: f64 = 0.1;
 
+/// Largest relative violation with which an answer is used.
+const FEASIBILITY_MAX: f64 = 1e-6;
+
 /// Solves, widening limits where they contradict each other.
-pub fn solve(formulation: &mut Formulation, report: &mut StepReport) -> StepStatus {
+pub fn solve(
+    formulation: &mut Formulation,
+    limits: &[JointLimits],
+    settings: &RelaxationSettings,
+    report: &mut StepReport,
+) -> StepStatus {
+    report.answered_by = AnsweredBy::Solver;
+    formulation.solvers.begin();
     for attempt in 0..ATTEMPTS_MAX {
-        let outcome = formulation.solver.solve(&formulation.problem);
-        report.iterations += outcome.report.iterations;
-        report.solver_status = outcome.report.status;
-        report.residuals = outcome.report.residuals;
-        match outcome.report.status {
+        let status = answer(formulation, report);
+        let Formulation { layout, problem, solvers } = formulation;
+        match status {
             Status::Solved | Status::SolvedInaccurately => {
                 return if report.relaxed.is_empty() { StepStatus::Solved } else { StepStatus::Relaxed };
             }
             Status::Infeasible => {}
             _ => return StepStatus::Held,
         }
+        let contradiction = &solvers.outcome().contradiction;
         report.contradiction.clear();
-        let rows = outcome.contradiction.rows.iter().filter_map(|c| formulation.layout.meaning(c.row));
-        report.contradiction.extend(rows);
-        let rank_least = u8::try_from(1 + attempt / ATTEMPTS_PER_RANK).unwrap_or(u8::MAX);
-        let meaning = |row| formulation.layout.meaning(row);
-        let found = weakest(&outcome.contradiction, meaning, rank_least);
-        let Some((conflict, id, amount)) = found.or_else(|| weakest(&outcome.contradiction, meaning, 0)) else {
+        report.contradiction.extend(contradiction.rows.iter().filter_map(|c| layout.meaning(c.row)));
+        let ladder = Ladder { settings, limits, relaxed: &report.relaxed, layout };
+        let rank_least = attempt / ATTEMPTS_PER_RANK;
+        let Some((conflict, id, amount)) =
+            ladder.weakest(contradiction, rank_least).or_else(|| ladder.weakest(contradiction, 0))
+        else {
             return StepStatus::Held;
         };
         // A row that comes up again is widened twice as generously each time: contradictions have many sides, and each
         // certificate shows one.
         let times = report.relaxed.iter().filter(|relaxed| relaxed.id == id).count();
-        let amount = amount * f64::from(1_u32 << times.min(ATTEMPTS_MAX));
-        widen(&mut formulation.problem, &conflict, amount);
+        let generous = amount * f64::from(1_u32 << times.min(ATTEMPTS_MAX));
+        let amount = generous.min(ladder.left(id));
+        widen(problem, &conflict, amount);
         report.relaxed.push(Relaxation { id, amount });
     }
     StepStatus::Held
 }
 
-/// Rank and allowance (in the limit's unit).
-fn rank(id: ConstraintId) -> Option<(u8, f64)> {
-    match id {
-        ConstraintId::Load { .. } => Some((1, 1000.0)),
-        ConstraintId::Collision(_) => Some((2, 20.0)),
-        ConstraintId::JointMotion(_) => Some((3, 200.0)),
-        ConstraintId::Torque(_) => Some((4, 50.0)),
-        ConstraintId::Contact { .. } => Some((5, f64::INFINITY)),
-        ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => None,
+/// One attempt: the first solver's answer, or the reserve's when the first has none.
+fn answer(formulation: &mut Formulation, report: &mut StepReport) -> Status {
+    let Formulation { problem, solvers, .. } = formulation;
+    if report.answered_by == AnsweredBy::Solver {
+        let outcome = solvers.solve(problem);
+        note(report, outcome);
+        let has_answer = outcome.report.status.has_solution() || outcome.report.status == Status::Infeasible;
+        if has_answer || !solvers.switch_to_reserve(problem) {
+            return report.solver_status;
+        }
+        report.answered_by = AnsweredBy::Reserve;
     }
+    let outcome = solvers.solve(problem);
+    note(report, outcome);
+    if report.solver_status.has_solution() && report.residuals.feasibility > FEASIBILITY_MAX {
+        report.solver_status = Status::NumericalFailure;
+    }
+    report.solver_status
 }
 
-/// The row that gives way, and by how much: lowest rank from `rank_least` on, then heaviest.
-fn weakest(
-    contradiction: &Contradiction,
-    meaning: impl Fn(Row) -> Option<ConstraintId>,
-    rank_least: u8,
-) -> Option<(Conflict, ConstraintId, f64)> {
-    let mut best: Option<(u8, Conflict, ConstraintId, f64)> = None;
-    for conflict in &contradiction.rows {
-        let Some(id) = meaning(conflict.row) else { continue };
-        let Some((rank, allowance)) = rank(id) else { continue };
-        let amount = demanded(contradiction, conflict);
-        // Of equals the first stays: rows are sorted, heaviest first.
-        if amount <= allowance && rank >= rank_least && best.as_ref().is_none_or(|(least, ..)| rank < *least) {
-            best = Some((rank, *conflict, id, amount));
-        }
+fn note(report: &mut StepReport, outcome: &Outcome) {
+    report.iterations += outcome.report.iterations;
+    report.solver_status = outcome.report.status;
+    report.residuals = outcome.report.residuals;
+}
+
+/// Which limits give way, and how far.
+struct Ladder<'a> {
+    settings: &'a RelaxationSettings,
+    limits: &'a [JointLimits],
+    relaxed: &'a [Relaxation],
+    layout: &'a Layout,
+}
+
+impl Ladder<'_> {
+    /// Position in the order; `None` for what never gives way.
+    fn rank(&self, id: ConstraintId) -> Option<usize> {
+        let limit = match id {
+            ConstraintId::Load { .. } => Limit::Load,
+            ConstraintId::Collision(_) => Limit::Collision,
+            ConstraintId::JointMotion(_) => Limit::JointMotion,
+            ConstraintId::Torque(_) => Limit::Torque,
+            ConstraintId::Contact { .. } => Limit::Contact,
+            ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => return None,
+        };
+        self.settings.order.iter().position(|listed| *listed == limit)
     }
-    best.map(|(_, conflict, id, amount)| (conflict, id, amount))
+
+    /// What is left of a row's allowance, in its unit.
+    fn left(&self, id: ConstraintId) -> f64 {
+        let settings = self.settings;
+        let allowance = match id {
+            ConstraintId::Load { .. } => settings.load_n,
+            ConstraintId::Collision(_) => settings.collision_m_per_s2,
+            ConstraintId::JointMotion(_) => settings.joint_motion_rad_per_s2,
+            ConstraintId::Torque(joint) => {
+                let JointLimits { torque, motor_torque, .. } = self.limits[joint];
+                settings.torque_factor * motor_torque - torque
+            }
+            ConstraintId::Contact { .. } => settings.contact_m_per_s2,
+            ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => 0.0,
+        };
+        let used: f64 = self.relaxed.iter().filter(|relaxed| relaxed.id == id).map(|relaxed| relaxed.amount).sum();
+        allowance - used
+    }
+
+    /// The row that gives way, and by how much: lowest rank from `rank_least` on, then heaviest.
+    fn weakest(&self, contradiction: &Contradiction, rank_least: usize) -> Option<(Conflict, ConstraintId, f64)> {
+        let mut best: Option<(usize, Conflict, ConstraintId, f64)> = None;
+        for conflict in &contradiction.rows {
+            let Some(id) = self.layout.meaning(conflict.row) else { continue };
+            let Some(rank) = self.rank(id) else { continue };
+            let amount = demanded(contradiction, conflict);
+            // Of equals the first stays: rows are sorted, heaviest first.
+            if amount <= self.left(id) && rank >= rank_least && best.as_ref().is_none_or(|(least, ..)| rank < *least) {
+                best = Some((rank, *conflict, id, amount));
+            }
+        }
+        best.map(|(_, conflict, id, amount)| (conflict, id, amount))
+    }
 }
 
 /// Widening of one row that removes the contradiction: what the combination lacks, divided by the row's weight in it.

@@ -5,39 +5,31 @@
 use crate::constraint::friction::FrictionCones;
 use crate::constraint::limits::JointLimits;
 use crate::layout::Layout;
+use crate::settings::WholeBodySettings;
+use crate::solvers::Solvers;
 use multibody::WholeBodyTerms;
 use nalgebra::DMatrix;
-use qp::dense::{ActiveSet, ActiveSetSettings, Interior, InteriorSettings, Problem, Solver};
+use qp::dense::Problem;
 use spatial::Vec6;
 
-use crate::settings::Backend;
-
-/// Program and solver for one set of contacts.
+/// Program and solvers for one set of contacts.
 pub(crate) struct Formulation {
     pub layout: Layout,
     pub problem: Problem,
-    pub solver: Box<dyn Solver + Send>,
+    pub solvers: Solvers,
 }
 
 impl Formulation {
-    pub fn new(layout: Layout, backend: Backend, iterations_max: usize) -> Self {
+    pub fn new(layout: Layout, settings: &WholeBodySettings) -> Self {
         let size = layout.size();
+        let solvers = Solvers::new(size, settings);
         let mut problem = Problem::new(size);
         for foot in layout.standing() {
             let (first, row) = (layout.force(foot), layout.load(foot));
             problem.C.view_mut((row, first), (1, layout.intensities)).fill(1.0); // normal parts are 1
             problem.lb.rows_mut(first, layout.intensities).fill(0.0);
         }
-        let solver: Box<dyn Solver + Send> = match backend {
-            Backend::ActiveSet => {
-                Box::new(ActiveSet::new(size, ActiveSetSettings { iterations_max, ..ActiveSetSettings::default() }))
-            }
-            Backend::Interior { tolerance } => {
-                let iterations_max = u32::try_from(iterations_max).unwrap_or(u32::MAX);
-                Box::new(Interior::new(size, InteriorSettings { tolerance, iterations_max }))
-            }
-        };
-        Self { layout, problem, solver }
+        Self { layout, problem, solvers }
     }
 
     /// Equations of motion: base rows are equalities, joint rows are bounded torques.

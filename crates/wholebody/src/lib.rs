@@ -37,7 +37,9 @@
 //! # Failure
 //! A program without a solution is not an error: [`StepReport::status`] says [`StepStatus::Relaxed`] when limits had to give way
 //! ([`StepReport::relaxed`] names them and by how much, [`StepReport::contradiction`] what excluded what), [`StepStatus::Held`]
-//! when nothing helped and the joints are brought to rest. The ladder is in `fallback.rs`. Every program can be written down
+//! when nothing helped and the joints are brought to rest. When the active set runs out of iterations or fails, Clarabel takes
+//! the step ([`StepReport::answered_by`]). The ladder is in `fallback.rs`, its order and allowances are
+//! [`RelaxationSettings`]; no torque beyond the motor's limit is ever sent. Every program can be written down
 //! ([`WholeBody::last_program`]) and solved again with `soleus-inspect qp`.
 //!
 //! # State
@@ -85,6 +87,7 @@ pub mod observer;
 mod reference;
 mod report;
 mod settings;
+mod solvers;
 mod step;
 mod task;
 
@@ -97,9 +100,11 @@ pub use inverse_kinematics::{ConfigurationError, ConfigurationTargets, initial_c
 pub use layout::ConstraintId;
 pub use reference::{FootTarget, RobotState, WholeBodyReference};
 pub use report::{
-    ActiveConstraint, ContactError, FootForce, Relaxation, StepReport, StepStatus, TaskId, TaskReport, Timings,
+    ActiveConstraint, AnsweredBy, ContactError, FootForce, Relaxation, StepReport, StepStatus, TaskId, TaskReport,
+    Timings,
 };
 pub use settings::{
-    Backend, ConstraintSettings, FootSettings, Gains, PostureJoint, SoleRectangle, TaskSettings, WholeBodySettings,
+    Backend, ConstraintSettings, FootSettings, Gains, Limit, PostureJoint, RelaxationSettings, SoleRectangle,
+    TaskSettings, WholeBodySettings,
 };
 pub use step::{Clock, WholeBody};

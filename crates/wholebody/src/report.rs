@@ -18,6 +18,16 @@ pub enum StepStatus {
     Held,
 }
 
+/// Which solver gave the last answer of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum AnsweredBy {
+    /// [`WholeBodySettings::backend`](crate::WholeBodySettings::backend).
+    #[default]
+    Solver,
+    /// [`WholeBodySettings::reserve`](crate::WholeBodySettings::reserve), for the first ran out of iterations or failed.
+    Reserve,
+}
+
 /// The objectives of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TaskId {
@@ -137,7 +147,9 @@ pub struct StepReport {
     pub distance_min_m: f64,
     /// `x_ref - x` of centre of mass (first three) and torso orientation (last three).
     pub body_error: Vec6,
-    /// How the solver ended.
+    /// Which solver gave the answer.
+    pub answered_by: AnsweredBy,
+    /// How it ended.
     pub solver_status: Status,
     /// Residuals of the program.
     pub residuals: Residuals,

@@ -142,6 +142,58 @@ impl Default for ConstraintSettings {
     }
 }
 
+/// A kind of limit that may give way when limits exclude each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Limit {
+    /// Load that a foot may carry.
+    Load,
+    /// Damper between bodies.
+    Collision,
+    /// Position and speed of a joint.
+    JointMotion,
+    /// Torque of a joint.
+    Torque,
+    /// Motion of a stance ankle.
+    Contact,
+}
+
+impl Limit {
+    /// All kinds, in the order in which they give way by default.
+    pub const ALL: [Self; 5] = [Self::Load, Self::Collision, Self::JointMotion, Self::Torque, Self::Contact];
+}
+
+/// What gives way when limits exclude each other, in which order and how far at most, all re-solves of a step together. An
+/// allowance of zero keeps a limit whatever comes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RelaxationSettings {
+    /// First gives way first; a kind that is not listed never does.
+    pub order: Vec<Limit>,
+    /// Load of a foot beyond what its share allows (N): at most a few times the robot's weight.
+    pub load_n: f64,
+    /// Acceleration of two bodies towards each other beyond the damper's (m/s²).
+    pub collision_m_per_s2: f64,
+    /// Acceleration of a joint beyond its bound (rad/s²); times the period it is the excess of speed.
+    pub joint_motion_rad_per_s2: f64,
+    /// Torques give way up to this part of the motor's limit, 0 to 1; no effect below
+    /// [`ConstraintSettings::torque_fraction`].
+    pub torque_factor: f64,
+    /// Acceleration by which a stance ankle may leave its target (m/s², rad/s²).
+    pub contact_m_per_s2: f64,
+}
+
+impl Default for RelaxationSettings {
+    fn default() -> Self {
+        Self {
+            order: Limit::ALL.to_vec(),
+            load_n: 1000.0,
+            collision_m_per_s2: 20.0,
+            joint_motion_rad_per_s2: 200.0,
+            torque_factor: 1.0,
+            contact_m_per_s2: 1e4,
+        }
+    }
+}
+
 /// Which solver takes the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Backend {
@@ -154,6 +206,9 @@ pub enum Backend {
         tolerance: f64,
     },
 }
+
+/// Clarabel's tolerance as reserve: forces are then known to some hundredths of a newton.
+const RESERVE_TOLERANCE: f64 = 1e-9;
 
 /// Everything that [`WholeBody`](crate::WholeBody) needs beside the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,9 +227,13 @@ pub struct WholeBodySettings {
     pub constraints: ConstraintSettings,
     /// Bodies that must not touch each other.
     pub collision: CollisionSettings,
+    /// What gives way when limits exclude each other.
+    pub relaxation: RelaxationSettings,
     /// Solver.
     pub backend: Backend,
-    /// Changes of the active set after which the fallback takes over.
+    /// Solver that takes a step when `backend` runs out of iterations or fails numerically. It should be another one.
+    pub reserve: Option<Backend>,
+    /// Changes of the active set after which the reserve takes over.
     pub iterations_max: usize,
 }
 
@@ -194,7 +253,9 @@ impl WholeBodySettings {
             tasks: TaskSettings::default(),
             constraints: ConstraintSettings::default(),
             collision: CollisionSettings::default(),
+            relaxation: RelaxationSettings::default(),
             backend: Backend::default(),
+            reserve: Some(Backend::Interior { tolerance: RESERVE_TOLERANCE }),
             iterations_max: 300,
         }
     }

@@ -28,7 +28,7 @@ OUTPUT, one JSON document on stdout: an object per program (a list for a list):
                  least 1); "violation": largest violation of any row in its own unit
   "active"       rows that hold: {"row": "C"|"bound", "index": i, "side": "lower"|"upper"} (active set only)
   "contradiction"  of an infeasible program: "rows" [{"row": "A"|"C"|"bound", "index": i, "weight": w}], "unmet" (the row that
-                 cannot be met while the others hold), "amount" (by how much, in its unit) (active set only)
+                 cannot be met while the others hold; Clarabel knows none), "amount" (by how much, in its unit)
   "iterations"   changes of the active set, or interior-point steps
   "backend", "time_us"   who solved it, and how long the solver took (wall clock)
 Exit code 0 only when every program was solved."#;

@@ -1,7 +1,7 @@
 //! Clarabel's interior point behind the dense problem type, with data updates.
 
 use super::{Active, Outcome, Problem, Size, Solver};
-use crate::Status;
+use crate::{Conflict, Row, Status};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::DMatrix;
@@ -23,6 +23,9 @@ impl Default for InteriorSettings {
 
 /// Clarabel's own infinity: numbers beyond it would spoil its scaling and mean "none" anyway.
 const NO_SIDE: f64 = 1e20;
+
+/// Below this part of the largest multiplier a certificate's entry is noise.
+const NEGLIGIBLE: f64 = 1e-4;
 
 /// What of a two-sided row exists. The cones, and so the memory, depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,7 +191,27 @@ impl Interior {
         report.residuals = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
         report.objective = problem.objective(&report.x);
         self.outcome.violation = problem.violation(&report.x);
+        report.status = status;
+        if status == Status::Infeasible {
+            self.describe_contradiction(problem);
+        }
         status
+    }
+
+    /// From Clarabel's certificate `y`: `sum yᵢ aᵢ = 0` and `sum yᵢ sideᵢ < 0`.
+    fn describe_contradiction(&mut self, problem: &Problem) {
+        let Outcome { report, contradiction, .. } = &mut self.outcome;
+        contradiction.rows = report.conflict(NEGLIGIBLE);
+        let side = |Conflict { row, weight }: &Conflict| match row {
+            Row::Equality(i) => problem.b[*i],
+            Row::Inequality(i) if *weight > 0.0 => problem.u[*i],
+            Row::Inequality(i) => problem.l[*i],
+            Row::Bound(i) if *weight > 0.0 => problem.ub[*i],
+            Row::Bound(i) => problem.lb[*i],
+        };
+        // A row whose side does not exist has no multiplier beyond rounding.
+        contradiction.rows.retain(|conflict| side(conflict).is_finite());
+        contradiction.amount = -contradiction.rows.iter().map(|conflict| conflict.weight * side(conflict)).sum::<f64>();
     }
 
     /// Whether all nonzeros and sides lie within what Clarabel was set up for; takes up those that do not.

@@ -26,9 +26,10 @@ pub struct Active {
 pub struct Contradiction {
     /// The rows, heaviest first; empty when there is no contradiction. Their gradients, times the weights, sum to zero.
     pub rows: Vec<Conflict>,
-    /// The row that could not be met while all others of them hold.
+    /// The row that could not be met while all others of them hold, if the method knows one.
     pub unmet: Option<Row>,
-    /// By how much it is violated then, in its own unit: relaxing it by this much removes this contradiction.
+    /// By how much it is violated then, in its own unit: relaxing it by this much removes this contradiction. Without such a
+    /// row: by how much the sum of the weighted sides is below zero.
     pub amount: f64,
 }
 
@@ -51,8 +52,9 @@ pub struct Outcome {
     pub violation: f64,
     /// The inequality rows and bounds that hold with equality (active set; empty for Clarabel).
     pub active: Vec<Active>,
-    /// Which rows exclude each other, after [`Status::Infeasible`](crate::Status::Infeasible) (active set; Clarabel gives
-    /// the certificate in the report only).
+    /// Which rows exclude each other, after [`Status::Infeasible`](crate::Status::Infeasible). The active set names the row
+    /// that it could not take up; Clarabel's certificate, good to its tolerance, knows none: `amount` is then by how much the
+    /// weighted rows miss each other, and widening one row by that over its weight removes the contradiction.
     pub contradiction: Contradiction,
 }
 

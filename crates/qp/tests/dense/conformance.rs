@@ -3,8 +3,8 @@
 use crate::random::Random;
 use crate::{active_set, backends, oracle, random_feasible, unit_row};
 use nalgebra::{DMatrix, DVector};
-use qp::Status;
 use qp::dense::{Problem, Size, Solver};
+use qp::{Row, Status};
 
 /// What an interior point at 1e-10 reaches in well-scaled programs.
 const RELATIVE: f64 = 1e-7;
@@ -96,6 +96,37 @@ fn infeasible_programs_are_found_infeasible_and_the_multipliers_prove_it() {
             support += if y.abs() < 1e-9 * size { 0.0 } else { y * if y > 0.0 { problem.u[i] } else { problem.l[i] } };
         }
         assert!(support < -1e-6 * size, "{name}: {support}");
+    }
+}
+
+#[test]
+fn a_contradiction_vanishes_when_one_of_its_rows_is_widened_as_it_says() {
+    let mut problem = Problem::new(Size { variables: 3, equalities: 1, inequalities: 2 });
+    problem.A = unit_row(3, 0, 1.0);
+    problem.b[0] = 1.0;
+    problem.C = DMatrix::from_row_slice(2, 3, &[1.0, 1.0, 0.0, 0.0, 1.0, 2.0]);
+    (problem.l[0], problem.u[1]) = (4.0, 1.0);
+    problem.lb[2] = 0.0;
+    for (name, mut solver) in backends(&problem) {
+        let contradiction = solver.solve(&problem).contradiction.clone();
+        assert_eq!(contradiction.rows.len(), 4, "{name}: {contradiction:?}");
+        let unmet =
+            contradiction.rows.iter().find(|c| Some(c.row) == contradiction.unmet).map_or(1.0, |c| c.weight.abs());
+        for conflict in &contradiction.rows {
+            let exact = contradiction.amount * unmet / conflict.weight.abs();
+            for (part, expected) in [(1.001, Status::Solved), (0.99, Status::Infeasible)] {
+                let mut widened = problem.clone();
+                let amount = (part * exact).copysign(conflict.weight);
+                match conflict.row {
+                    Row::Equality(i) => widened.b[i] += amount,
+                    Row::Inequality(i) if amount > 0.0 => widened.u[i] += amount,
+                    Row::Inequality(i) => widened.l[i] += amount,
+                    Row::Bound(i) if amount > 0.0 => widened.ub[i] += amount,
+                    Row::Bound(i) => widened.lb[i] += amount,
+                }
+                assert_eq!(solver.solve(&widened).report.status, expected, "{name}: {part} of {exact} at {conflict:?}");
+            }
+        }
     }
 }
 

@@ -17,6 +17,8 @@ pub struct JointLimits {
     pub velocity: f64,
     /// Largest torque (N m).
     pub torque: f64,
+    /// Largest torque of the motor (N m): never passed, even when limits have to give way.
+    pub motor_torque: f64,
     /// Deceleration to count on (rad/s²).
     pub braking: f64,
     /// Largest acceleration (rad/s²).
@@ -66,8 +68,15 @@ fn highest(room: f64, v: f64, limits: &JointLimits, dt: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const LIMITS: JointLimits =
-        JointLimits { lower: -0.4, upper: 0.7, velocity: 3.0, torque: 1.0, braking: 50.0, acceleration: 1000.0 };
+    const LIMITS: JointLimits = JointLimits {
+        lower: -0.4,
+        upper: 0.7,
+        velocity: 3.0,
+        torque: 1.0,
+        motor_torque: 1.0,
+        braking: 50.0,
+        acceleration: 1000.0,
+    };
 
     /// Rounding of a few thousand additions.
     const ROUNDING: f64 = 1e-9;

@@ -18,6 +18,7 @@ pub(super) fn joint_limits(model: &Model, settings: &WholeBodySettings) -> Vec<J
                 upper: limits.upper - margin,
                 velocity: constraints.velocity_fraction * limits.velocity,
                 torque: constraints.torque_fraction * limits.effort,
+                motor_torque: limits.effort,
                 braking: constraints.braking_rad_per_s2,
                 acceleration: constraints.acceleration_max_rad_per_s2,
             }

@@ -12,7 +12,7 @@ use crate::fallback;
 use crate::formulation::Formulation;
 use crate::layout::{ConstraintId, Layout};
 use crate::reference::{RobotState, WholeBodyReference};
-use crate::report::{ActiveConstraint, ContactError, FootForce, StepReport, StepStatus, Timings};
+use crate::report::{ActiveConstraint, AnsweredBy, ContactError, FootForce, StepReport, StepStatus, Timings};
 use crate::settings::WholeBodySettings;
 use crate::task::{self, NormalEquations};
 use multibody::{Base, Model, WholeBodyTerms, Workspace, whole_body_terms};
@@ -27,7 +27,7 @@ const TORSO: usize = 2;
 /// Nanoseconds of some clock, handed in by the process: libraries know none.
 pub type Clock = fn() -> u64;
 
-/// The whole-body controller. Everything is allocated here; with the active-set backend a step allocates nothing.
+/// The whole-body controller. Everything is allocated here; a step that the active set answers allocates nothing.
 pub struct WholeBody {
     model: Model,
     settings: WholeBodySettings,
@@ -102,7 +102,7 @@ impl WholeBody {
         let intensities = cones[0].len();
         let formulations = [[false, false], [true, false], [false, true], [true, true]].map(|contacts| {
             let layout = Layout { nv, joints, pairs: pairs.len(), contacts, intensities };
-            Formulation::new(layout, settings.backend, settings.iterations_max)
+            Formulation::new(layout, &settings)
         });
         let variables = nv + 2 * intensities;
         let report = StepReport {
@@ -119,6 +119,7 @@ impl WholeBody {
             contradiction: Vec::with_capacity(2 * variables),
             distance_min_m: f64::INFINITY,
             body_error: Vec6::zeros(),
+            answered_by: AnsweredBy::default(),
             solver_status: Status::NumericalFailure,
             residuals: Residuals::default(),
             iterations: 0,
@@ -194,7 +195,7 @@ impl WholeBody {
         self.contact_set = None;
         self.report.active.clear();
         for formulation in &mut self.formulations {
-            formulation.solver.forget();
+            formulation.solvers.forget();
         }
     }
 
@@ -216,7 +217,8 @@ impl WholeBody {
         self.report.relaxed.clear();
         self.report.contradiction.clear();
         self.report.iterations = 0;
-        let status = fallback::solve(&mut self.formulations[set], &mut self.report);
+        let relaxation = &self.settings.relaxation;
+        let status = fallback::solve(&mut self.formulations[set], &self.limits, relaxation, &mut self.report);
         let solved = self.now();
         self.conclude(set, state, reference, dt_s, status);
         self.contact_set = Some(set);
@@ -246,7 +248,7 @@ impl WholeBody {
                 self.guess.push(Active { row, side: active.side });
             }
         }
-        self.formulations[set].solver.guess(&self.guess);
+        self.formulations[set].solvers.guess(&self.guess);
     }
 
     fn write_collisions(&mut self, set: usize, dt_s: f64) {
@@ -344,9 +346,9 @@ impl WholeBody {
 
     /// Accelerations, torques, wrenches and active constraints from the solution.
     fn read_solution(&mut self, set: usize) {
-        let Self { report, terms, cones, formulations, model, .. } = self;
-        let Formulation { layout, problem, solver } = &formulations[set];
-        let outcome = solver.outcome();
+        let Self { report, terms, cones, formulations, model, limits, .. } = self;
+        let Formulation { layout, problem, solvers } = &formulations[set];
+        let outcome = solvers.outcome();
         let x = outcome.report.x.as_slice();
         report.acceleration.as_mut_slice().copy_from_slice(&x[..layout.nv]);
         // tau = M_a vd + h_a - J_aᵀ G f: the first rows of C.
@@ -359,6 +361,10 @@ impl WholeBody {
             for (tau, c) in report.torques.iter_mut().zip(column) {
                 *tau += c * x;
             }
+        }
+        // Rows hold to rounding, or to an interior point's tolerance; what is sent holds.
+        for (tau, limits) in report.torques.iter_mut().zip(limits) {
+            *tau = tau.clamp(-limits.motor_torque, limits.motor_torque);
         }
         for foot in layout.standing() {
             let first = layout.force(foot);

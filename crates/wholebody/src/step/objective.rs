@@ -127,7 +127,7 @@ impl WholeBody {
     pub(super) fn report_tasks(&mut self, set: usize, reference: &WholeBodyReference, state: &RobotState, dt_s: f64) {
         let Self { report, motion_rows, motion_tasks, force_rows, posture, settings, formulations, terms, .. } = self;
         let layout = &formulations[set].layout;
-        let x = formulations[set].solver.outcome().report.x.as_slice();
+        let x = formulations[set].solvers.outcome().report.x.as_slice();
         let sum = |rows: &NormalEquations, range: Range<usize>, x: &[f64], weight: f64| {
             range.fold((0.0_f64, 0.0), |(residual, cost), row| {
                 let defect = rows.weighted_defect(row, x).abs();

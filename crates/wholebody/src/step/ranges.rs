@@ -50,6 +50,7 @@ pub(super) fn check(settings: &WholeBodySettings) -> Result<(), WholeBodyError> 
     check_tasks(settings)?;
     check_constraints(settings)?;
     check_collision(settings)?;
+    check_relaxation(settings)?;
     check_solver(settings)?;
     check_robot(settings)
 }
@@ -144,9 +145,30 @@ fn check_collision(settings: &WholeBodySettings) -> Result<(), WholeBodyError> {
     demand("collision.damping_m_per_s", collision.damping_m_per_s, Range::above_zero_to(100.0), "0.5 is usual")
 }
 
+fn check_relaxation(settings: &WholeBodySettings) -> Result<(), WholeBodyError> {
+    let relaxation = &settings.relaxation;
+    for (setting, allowance) in [
+        ("relaxation.load_n", relaxation.load_n),
+        ("relaxation.collision_m_per_s2", relaxation.collision_m_per_s2),
+        ("relaxation.joint_motion_rad_per_s2", relaxation.joint_motion_rad_per_s2),
+        ("relaxation.contact_m_per_s2", relaxation.contact_m_per_s2),
+    ] {
+        demand(setting, allowance, Range::between(0.0, 1e6), "0 keeps the limit whatever comes")?;
+    }
+    let torque_remedy = "a part of the motors' limits; 0 keeps the controller's limit whatever comes";
+    demand("relaxation.torque_factor", relaxation.torque_factor, Range::between(0.0, 1.0), torque_remedy)?;
+    let order = &relaxation.order;
+    match order.iter().enumerate().find(|(i, limit)| order[..*i].contains(limit)) {
+        Some((_, twice)) => Err(WholeBodyError::ListedTwice { limit: *twice }),
+        None => Ok(()),
+    }
+}
+
 fn check_solver(settings: &WholeBodySettings) -> Result<(), WholeBodyError> {
-    if let Backend::Interior { tolerance } = settings.backend {
-        demand("solver.interior_tolerance", tolerance, Range::between(1e-13, 1e-3), "1e-6 to 1e-10 is useful")?;
+    for backend in [Some(settings.backend), settings.reserve].into_iter().flatten() {
+        if let Backend::Interior { tolerance } = backend {
+            demand("solver.interior_tolerance", tolerance, Range::between(1e-13, 1e-3), "1e-6 to 1e-10 is useful")?;
+        }
     }
     let most = settings.iterations_max as f64;
     demand("solver.iterations_max", most, Range::between(1.0, 1e6), "a walk needs up to some tens; 300 is usual")

@@ -1,7 +1,7 @@
 //! What happens when there is no solution.
 
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
-use wholebody::{ConstraintId, StepStatus, WholeBody};
+use wholebody::{AnsweredBy, Backend, ConstraintId, Limit, StepStatus, WholeBody, WholeBodySettings};
 
 #[test]
 fn a_load_limit_that_cannot_be_met_gives_way_first_and_is_named() {
@@ -60,11 +60,12 @@ fn joints_give_way_before_contacts_and_an_absurd_demand_is_named_whatever_comes_
 }
 
 #[test]
-fn out_of_iterations_brings_the_joints_to_rest() {
+fn out_of_iterations_without_a_reserve_brings_the_joints_to_rest() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let mut settings = settings(&robot, &model);
     settings.iterations_max = 1;
+    settings.reserve = None;
     settings.constraints.torque_fraction = 0.05; // so that a cold start has to change something
     let plan = Walk::straight(1);
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
@@ -80,6 +81,127 @@ fn out_of_iterations_brings_the_joints_to_rest() {
         speed = state.v.amax();
     }
     assert!(speed < 0.01, "{speed} rad/s");
+}
+
+/// Interior points end near the vertex, not at it: torques at a tolerance of 1e-9.
+const RESERVE_ERROR_NM: f64 = 0.05;
+
+#[test]
+fn the_reserve_takes_the_steps_in_which_the_first_solver_runs_out_of_iterations() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let settings = settings(&robot, &model);
+    let plan = Walk::straight(1);
+    let mut body = WholeBody::new(model.clone(), settings.clone()).expect("settings fit the model");
+    let mut short = WholeBody::new(model, WholeBodySettings { iterations_max: 1, ..settings }).expect("settings fit");
+    let mut state = start(body.model(), body.settings(), &plan.reference(0.0));
+    let (mut by_reserve, mut by_first, mut worst): (usize, usize, f64) = (0, 0, 0.0);
+    for tick in 0..(plan.duration_s() / PERIOD_S) as usize {
+        let reference = plan.reference(tick as f64 * PERIOD_S);
+        let report = body.step(&state, &reference, PERIOD_S);
+        let other = short.step(&state, &reference, PERIOD_S);
+        assert_eq!((other.status, report.answered_by), (StepStatus::Solved, AnsweredBy::Solver), "tick {tick}");
+        worst = worst.max((&report.torques - &other.torques).amax());
+        match other.answered_by {
+            AnsweredBy::Reserve => by_reserve += 1,
+            AnsweredBy::Solver => by_first += 1,
+        }
+        (state.q, state.v) = (report.q_next.clone(), report.v_next.clone());
+    }
+    assert!(by_reserve > 10 && by_first > 10, "both were asked: {by_reserve} {by_first}");
+    assert!(worst < RESERVE_ERROR_NM, "{worst} N m");
+}
+
+#[test]
+fn a_contradiction_is_relaxed_whichever_solver_finds_it() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let mut settings = settings(&robot, &model);
+    settings.constraints.acceleration_max_rad_per_s2 = 50.0;
+    let plan = Walk::straight(1);
+    let mut reference = plan.reference(0.0);
+    let state = start(&model, &settings, &reference);
+    reference.feet[0].ankle_acceleration.linear.z = -20.0;
+    let interior = Backend::Interior { tolerance: 1e-9 };
+    let ways = [
+        (WholeBodySettings { iterations_max: 1, ..settings.clone() }, AnsweredBy::Reserve),
+        (WholeBodySettings { backend: interior, reserve: None, ..settings.clone() }, AnsweredBy::Solver),
+        (WholeBodySettings { backend: interior, reserve: Some(Backend::ActiveSet), ..settings }, AnsweredBy::Solver),
+    ];
+    for (settings, answered_by) in ways {
+        let mut body = WholeBody::new(model.clone(), settings).expect("settings fit the model");
+        let report = body.step(&state, &reference, PERIOD_S);
+        assert_eq!((report.status, report.answered_by), (StepStatus::Relaxed, answered_by), "{:?}", report.relaxed);
+        assert!(report.residuals.feasibility < 1e-6, "{:?}", report.residuals);
+        assert!(report.relaxed.iter().any(|r| matches!(r.id, ConstraintId::JointMotion(_))), "{:?}", report.relaxed);
+        assert!(!report.relaxed.iter().any(|r| matches!(r.id, ConstraintId::Contact { .. })), "{:?}", report.relaxed);
+    }
+}
+
+/// A robot that hardly may bend its joints stands on feet whose ground rises with `acceleration` (m/s²): only torques and
+/// contacts are left to give way.
+fn lifted(fraction: f64, acceleration: f64, change: impl Fn(&mut WholeBodySettings)) -> wholebody::StepReport {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let mut settings = settings(&robot, &model);
+    settings.constraints.torque_fraction = fraction;
+    settings.constraints.acceleration_max_rad_per_s2 = 1.0;
+    settings.constraints.braking_rad_per_s2 = 1.0;
+    settings.relaxation.joint_motion_rad_per_s2 = 0.0;
+    change(&mut settings);
+    let mut reference = Walk::straight(1).reference(0.0);
+    let state = start(&model, &settings, &reference);
+    for foot in &mut reference.feet {
+        foot.ankle_acceleration.linear.z = acceleration;
+        foot.load_share = 4.0; // the ground can push as hard as it has to
+    }
+    WholeBody::new(model, settings).expect("settings fit the model").step(&state, &reference, PERIOD_S).clone()
+}
+
+#[test]
+fn torques_give_way_up_to_the_motors_limit_and_never_beyond() {
+    let robot = robot();
+    let motors: Vec<f64> = model(&robot, Joints::Walking).joints().iter().map(|joint| joint.limits.effort).collect();
+    let beyond = |report: &wholebody::StepReport, part: f64| {
+        report.torques.iter().zip(&motors).map(|(tau, motor)| tau.abs() - part * motor).fold(f64::MIN, f64::max)
+    };
+    let is = |limit: fn(ConstraintId) -> bool| {
+        move |report: &wholebody::StepReport| report.relaxed.iter().any(|relaxed| limit(relaxed.id))
+    };
+    let (torque, contact) =
+        (is(|id| matches!(id, ConstraintId::Torque(_))), is(|id| matches!(id, ConstraintId::Contact { .. })));
+
+    // Standing still takes more than a twentieth of the motors: torques alone give way.
+    let report = lifted(0.05, 0.0, |_| {});
+    assert_eq!(report.status, StepStatus::Relaxed, "{:?}", report.contradiction);
+    assert!(torque(&report) && !contact(&report), "{:?}", report.relaxed);
+    assert!(beyond(&report, 0.05) > 1.0, "more than the controller's limit is used");
+    assert!(beyond(&report, 1.0) <= 0.0, "and no more than the motor's: {}", beyond(&report, 1.0));
+
+    // Lifted at 200 m/s² no motor is strong enough: the contacts give way, the motors' limits do not.
+    for fraction in [0.05, 0.45, 1.0] {
+        let report = lifted(fraction, 200.0, |_| {});
+        assert_ne!(report.status, StepStatus::Solved, "{fraction}");
+        assert!(beyond(&report, 1.0) <= 0.0, "{fraction}: {} N m beyond the motor", beyond(&report, 1.0));
+        assert!(report.status == StepStatus::Held || contact(&report), "{fraction}: {:?}", report.relaxed);
+    }
+
+    // A lower allowance, and none.
+    let report = lifted(0.05, 0.0, |settings| settings.relaxation.torque_factor = 0.1);
+    assert!(beyond(&report, 0.1) < 1e-6, "{}", beyond(&report, 0.1));
+    let report = lifted(0.05, 0.0, |settings| settings.relaxation.order.retain(|limit| *limit != Limit::Torque));
+    assert!(!torque(&report) && beyond(&report, 0.05) < 1e-6, "{:?}", report.relaxed);
+}
+
+#[test]
+fn the_order_of_giving_way_is_a_setting() {
+    let first = |order: [Limit; 2]| {
+        let report = lifted(0.05, 0.0, |settings| settings.relaxation.order = order.to_vec());
+        assert_eq!(report.status, StepStatus::Relaxed, "{:?}", report.contradiction);
+        report.relaxed[0].id
+    };
+    assert!(matches!(first([Limit::Torque, Limit::Contact]), ConstraintId::Torque(_)));
+    assert!(matches!(first([Limit::Contact, Limit::Torque]), ConstraintId::Contact { .. }));
 }
 
 #[test]

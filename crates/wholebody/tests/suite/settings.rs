@@ -2,7 +2,7 @@
 
 use crate::support::{Joints, model, robot, settings};
 use multibody::{Base, Model, ModelOptions};
-use wholebody::{Backend, Gains, WholeBody, WholeBodyError, WholeBodySettings};
+use wholebody::{Backend, Gains, Limit, WholeBody, WholeBodyError, WholeBodySettings};
 
 /// A number of the settings: its key in the file, how to change it, whether it may be zero and whether negative.
 struct Number {
@@ -64,6 +64,12 @@ const NUMBERS: &[Number] = &[
     positive("collision.interaction_m", |s, x| s.collision.interaction_m = x),
     not_negative("collision.safety_m", |s, x| s.collision.safety_m = x),
     positive("collision.damping_m_per_s", |s, x| s.collision.damping_m_per_s = x),
+    not_negative("relaxation.load_n", |s, x| s.relaxation.load_n = x),
+    not_negative("relaxation.collision_m_per_s2", |s, x| s.relaxation.collision_m_per_s2 = x),
+    not_negative("relaxation.joint_motion_rad_per_s2", |s, x| s.relaxation.joint_motion_rad_per_s2 = x),
+    not_negative("relaxation.torque_factor", |s, x| s.relaxation.torque_factor = x),
+    not_negative("relaxation.contact_m_per_s2", |s, x| s.relaxation.contact_m_per_s2 = x),
+    positive("solver.interior_tolerance", |s, x| s.reserve = Some(Backend::Interior { tolerance: x })),
     positive("solver.interior_tolerance", |s, x| s.backend = Backend::Interior { tolerance: x }),
     positive("sole.length_m", |s, x| s.sole.length_m = x),
     positive("sole.width_m", |s, x| s.sole.width_m = x),
@@ -116,7 +122,7 @@ fn every_number_of_the_shipped_file_is_in_the_table() {
     let text = std::fs::read_to_string(file).expect("it ships");
     let root: toml::Table = text.parse().expect("it is TOML");
     let mut found = Vec::new();
-    for section in ["tasks", "constraints", "collision", "solver"] {
+    for section in ["tasks", "constraints", "collision", "relaxation", "solver"] {
         numbers(section, &root[section], &mut found);
     }
     assert!(found.len() > 20, "{found:?}");
@@ -154,6 +160,7 @@ fn unknown_names_and_impossible_numbers_are_refused() {
         let refused = refuse(&|s| s.constraints.generators_per_point = generators);
         assert!(refused.contains("`constraints.generators_per_point`") && refused.contains("4, 8 or 16"), "{refused}");
     }
+    assert!(refuse(&|s| s.relaxation.order.push(Limit::Load)).contains("`relaxation.order` lists Load twice"));
     assert!(refuse(&|s| s.iterations_max = 0).contains("`solver.iterations_max` is 0"));
     assert!(refuse(&|s| s.iterations_max = usize::MAX).contains("`solver.iterations_max`"));
     let fixed = ModelOptions { base: Base::Fixed, ..ModelOptions::default() };
