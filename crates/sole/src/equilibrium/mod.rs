@@ -22,7 +22,7 @@ mod target;
 pub(crate) use sliding::SlidingLaw;
 pub(crate) use target::Target;
 
-use crate::estimate::{EulerOrder, Foothold};
+use crate::estimate::EulerOrder;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
 use nalgebra::{RowVector3, Vector2};
@@ -107,7 +107,8 @@ pub(crate) struct Equilibrium {
     slips: Vec<Vector2<f64>>,
     /// Tangential references Q of every point; meaningless at the first tick, when they follow from the pose (35).
     references: Vec<Vector2<f64>>,
-    first: Option<Foothold>,
+    /// Heading of the foothold (rad) while this is the first tick.
+    first: Option<f64>,
     stiffness: ContactStiffness,
     /// `K Z` for all points in contact and the families of the first tick.
     full_y: Vec<f64>,
@@ -239,10 +240,10 @@ impl Equilibrium {
         self.first.is_some()
     }
 
-    /// A new stance: flat at the foothold, everything in contact, references by (35).
-    pub(crate) fn begin(&mut self, foothold: Foothold) {
-        self.pose = Transform::new(so3::about_z(foothold.yaw_rad), Vec3::new(foothold.x_m, foothold.y_m, 0.0));
-        self.first = Some(foothold);
+    /// A new stance: flat at the foothold, which is the origin, heading as given; everything in contact, references by (35).
+    pub(crate) fn begin(&mut self, yaw_rad: f64) {
+        self.pose = Transform::new(so3::about_z(yaw_rad), Vec3::zeros());
+        self.first = Some(yaw_rad);
         self.rate = None;
         self.states.fill(NodeState::Stick);
         self.slips.fill(Vector2::zeros());
@@ -251,13 +252,15 @@ impl Equilibrium {
     }
 
     /// Starts from given references and states instead: for tools that continue a history they hold.
-    pub(crate) fn begin_from(&mut self, pose: Transform, references: &[Vector2<f64>]) {
+    pub(crate) fn begin_from(&mut self, pose: Transform, references: &[Vec3]) {
         self.pose = pose;
         self.first = None;
         self.rate = None;
         self.states.fill(NodeState::Stick);
         self.slips.fill(Vector2::zeros());
-        self.references.copy_from_slice(references);
+        for (own, reference) in self.references.iter_mut().zip(references) {
+            *own = reference.xy();
+        }
         self.refresh();
     }
 
@@ -282,10 +285,10 @@ impl Equilibrium {
     fn families(&self) -> (usize, [Vec3; 4]) {
         match &self.first {
             None => (3, [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::zeros()]),
-            Some(foothold) => {
-                let r = self.euler.with_yaw(&self.pose.rotation, foothold.yaw_rad);
+            Some(yaw_rad) => {
+                let r = self.euler.with_yaw(&self.pose.rotation, *yaw_rad);
                 let t = |k: usize| Vec3::new(r[(0, k)], r[(1, k)], 0.0);
-                (4, [Vec3::new(foothold.x_m, foothold.y_m, 0.0), t(0), t(1), t(2)])
+                (4, [Vec3::zeros(), t(0), t(1), t(2)])
             }
         }
     }
@@ -306,21 +309,19 @@ impl Equilibrium {
 
     /// The tick is over: references move to where the points are now (28).
     pub(crate) fn commit(&mut self, positions: &[Vec3]) {
-        if let Some(foothold) = self.first.take() {
-            let r = self.euler.with_yaw(&self.pose.rotation, foothold.yaw_rad);
+        if let Some(yaw_rad) = self.first.take() {
+            let r = self.euler.with_yaw(&self.pose.rotation, yaw_rad);
             // Columns of the first tick's families become those of the later ones.
             let m = 3 * self.stiffness.len();
             let (y, _, ld) = self.stiffness.columns_mut(10);
             // p = sum_k p_k e_k, kept before its parts are overwritten.
             for i in 0..m {
                 let own: f64 = y[12 * ld + i];
-                let one = [y[i], y[ld + i], y[2 * ld + i]];
                 let mut moved = [[0.0; 3]; 2];
                 for axis in 0..3 {
                     let parts = [y[(3 + axis) * ld + i], y[(6 + axis) * ld + i], y[(9 + axis) * ld + i]];
-                    for (t, origin) in [foothold.x_m, foothold.y_m].into_iter().enumerate() {
-                        moved[t][axis] =
-                            origin * one[axis] + r[(t, 0)] * parts[0] + r[(t, 1)] * parts[1] + r[(t, 2)] * parts[2];
+                    for (t, moved) in moved.iter_mut().enumerate() {
+                        moved[axis] = r[(t, 0)] * parts[0] + r[(t, 1)] * parts[1] + r[(t, 2)] * parts[2];
                     }
                 }
                 for axis in 0..3 {

@@ -60,9 +60,9 @@ impl Equilibrium {
         // References that follow roll and pitch (35).
         let first = if frozen { None } else { self.first };
         let mut reference_rates = [Mat3::zeros(); 3];
-        if let Some(foothold) = first {
+        if let Some(yaw_rad) = first {
             for l in 0..3 {
-                let rate = self.euler.with_yaw_rate(&r, foothold.yaw_rad, &axes[l]);
+                let rate = self.euler.with_yaw_rate(&r, yaw_rad, &axes[l]);
                 let column = &mut self.a_first[l * ld..l * ld + m];
                 column.fill(0.0);
                 for k in 0..3 {

@@ -18,6 +18,9 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct StanceEstimator {
     settings: EstimatorSettings,
+    /// Foothold of this stance, world (m). The stance is solved relative to it: at 8 m from the world's origin the digits that positions
+    /// lose there are already more than the tolerance of a foot that carries a newton.
+    foothold: Vector2<f64>,
     equilibrium: Equilibrium,
     report: StanceReport,
     in_stance: bool,
@@ -64,6 +67,7 @@ impl StanceEstimator {
         let zero = Target { force: [Vec3::zeros(); 3], zmp: [Vector2::zeros(); 3] };
         Self {
             settings,
+            foothold: Vector2::zeros(),
             report: StanceReport::new(n),
             in_stance: false,
             last: zero,
@@ -89,21 +93,20 @@ impl StanceEstimator {
 
     /// A stance begins at this foothold: history starts anew (35).
     pub fn touch_down(&mut self, foothold: Foothold) {
-        self.equilibrium.begin(foothold);
+        self.foothold = Vector2::new(foothold.x_m, foothold.y_m);
+        self.equilibrium.begin(foothold.yaw_rad);
         self.in_stance = true;
         // The continuation, if one is needed, starts from a centred vertical load.
         let centre = self.model().contact_points().iter().sum::<Vec3>() / self.model().contact_points().len() as f64;
         let zero = Vector2::zeros();
         self.last = Target { force: [Vec3::z(), Vec3::zeros(), Vec3::zeros()], zmp: [zero; 3] };
         self.last.zmp[0] = self.equilibrium.pose.point(&centre).xy();
-        self.report.sole_pose = self.equilibrium.pose;
         self.report.twist = Twist::zero();
         self.report.acceleration = Twist::zero();
-        let points = self.equilibrium.model().contact_points();
-        for (position, p) in self.report.node_positions.iter_mut().zip(points) {
+        for (position, p) in self.positions.iter_mut().zip(self.equilibrium.model().contact_points()) {
             *position = self.equilibrium.pose.point(p);
         }
-        self.place_ankle();
+        self.place();
     }
 
     /// Continues a stance from the tangential positions that all contact points had at the previous tick and a pose to start
@@ -111,10 +114,12 @@ impl StanceEstimator {
     pub fn resume(&mut self, pose: Transform, previous_m: &[Vector2<f64>]) {
         assert_eq!(previous_m.len(), self.positions.len(), "one previous position per contact point");
         self.touch_down(Foothold { x_m: pose.translation.x, y_m: pose.translation.y, yaw_rad: 0.0 });
-        self.equilibrium.begin_from(pose, previous_m);
-        for (position, previous) in self.report.node_positions.iter_mut().zip(previous_m) {
-            *position = Vec3::new(previous.x, previous.y, 0.0);
+        let origin = Vec3::new(pose.translation.x, pose.translation.y, 0.0);
+        for (position, previous) in self.positions.iter_mut().zip(previous_m) {
+            *position = Vec3::new(previous.x, previous.y, 0.0) - origin;
         }
+        self.equilibrium.begin_from(Transform::new(pose.rotation, pose.translation - origin), &self.positions);
+        self.place();
     }
 
     /// The stance is over; the report keeps the take-off pose.
@@ -140,7 +145,7 @@ impl StanceEstimator {
     }
 
     /// Reasons not to try.
-    fn check(&self, reference: &StanceReference) -> Option<Status> {
+    fn check(&mut self, reference: &StanceReference) -> Option<Status> {
         if !reference.is_finite() {
             return Some(Status::InvalidInput);
         }
@@ -148,31 +153,44 @@ impl StanceEstimator {
             return Some(Status::InAir);
         }
         let (tangential_n, normal_n) = (reference.force.xy().norm(), reference.force.z);
+        (self.report.zmp_margin_m, self.report.friction_use) = (None, None);
         if normal_n <= 0.0 {
             return Some(Status::NoLoad { normal_n });
         }
         if self.friction_max == 0.0 {
             return Some(Status::Indeterminate);
         }
+        let margin_m = self.zmp_margin(&reference.zmp[0]);
+        self.report.friction_use = Some(tangential_n / (self.friction_max * normal_n));
+        self.report.zmp_margin_m = Some(margin_m);
         let limit_n = self.settings.friction_use_max * self.friction_max * normal_n;
         if tangential_n > limit_n {
             return Some(Status::OutsideFrictionCone { tangential_n, limit_n });
         }
-        let pose = self.equilibrium.pose;
-        let by_m = crate::hull::distance_outside(
-            self.hull.iter().map(|p| pose.point(&Vec3::new(p.x, p.y, 0.0)).xy()),
-            self.report.node_positions.iter().map(Vec3::xy),
-            &reference.zmp[0],
-        );
-        if by_m > 0.0 {
-            return Some(Status::ZmpOutsideSole { by_m });
+        // Written so that what is not a number is refused.
+        let inside = margin_m >= 0.0;
+        if !inside {
+            return Some(Status::ZmpOutsideSole { by_m: -margin_m });
         }
         None
     }
 
+    /// How far (m) a ZMP lies inside the contact points, undeformed at the last pose or where they were at the last tick.
+    fn zmp_margin(&self, zmp: &Vector2<f64>) -> f64 {
+        let pose = self.equilibrium.pose;
+        -crate::hull::distance_outside(
+            self.hull.iter().map(|p| pose.point(&Vec3::new(p.x, p.y, 0.0)).xy()),
+            self.report.node_positions.iter().map(|position| position.xy() - self.foothold),
+            &(zmp - self.foothold),
+        )
+    }
+
     fn solve(&mut self, reference: &StanceReference) -> Status {
-        let target =
-            Target { force: [reference.force, reference.force_rate, reference.force_acceleration], zmp: reference.zmp };
+        let [zmp, zmp_rate, zmp_acceleration] = reference.zmp;
+        let target = Target {
+            force: [reference.force, reference.force_rate, reference.force_acceleration],
+            zmp: [zmp - self.foothold, zmp_rate, zmp_acceleration],
+        };
         self.equilibrium.work = Work::default();
         self.equilibrium.save();
         let start = self.equilibrium.pose.rotation;
@@ -249,8 +267,8 @@ impl StanceEstimator {
                 self.equilibrium.return_to(&good);
                 step *= 0.5;
                 if step < CONTINUATION_LAST {
-                    let limit = from.between(target, reached);
-                    return Some(Status::Fold { reached_zmp_m: limit.zmp[0], fraction: reached });
+                    let reached_zmp_m = from.between(target, reached).zmp[0] + self.foothold;
+                    return Some(Status::Fold { reached_zmp_m, fraction: reached });
                 }
             }
         }
@@ -296,20 +314,18 @@ impl StanceEstimator {
         self.equilibrium.commit(&self.positions);
         let (force, moment) = self.equilibrium.wrench();
         let report = &mut self.report;
-        report.sole_pose = self.equilibrium.pose;
         report.twist = Twist::from_vector(&velocity);
         report.acceleration = Twist::from_vector(&acceleration);
         report.wrench = Wrench { force, moment };
-        let o = report.sole_pose.translation;
-        // Moment about the world's point under the origin: M_O + O x F.
+        let o = self.equilibrium.pose.translation;
+        // Moment about the point on the ground under the origin: M_O + O x F.
         let about = moment + Vec3::new(0.0, 0.0, o.z).cross(&force);
-        report.zmp = Vector2::new(o.x - about.y / force.z, o.y + about.x / force.z);
-        let arm = Vec3::new(report.zmp.x - o.x, report.zmp.y - o.y, 0.0);
+        let arm = Vec3::new(-about.y / force.z, about.x / force.z, 0.0);
+        report.zmp = self.foothold + o.xy() + arm.xy();
         report.moment_z_nm = about.z - arm.cross(&force).z;
         report.compression = self.equilibrium.compression();
         report.tangent = about_moving_origin(&fixed, &force);
         report.compliance = inverse(&report.tangent);
-        report.node_positions.copy_from_slice(&self.positions);
         report.node_forces.copy_from_slice(&self.forces);
         report.node_states.copy_from_slice(&self.equilibrium.states);
         report.residual = residual;
@@ -320,13 +336,19 @@ impl StanceEstimator {
         report.landings = self.equilibrium.work.landings;
         report.lift_offs = self.equilibrium.work.lift_offs;
         report.age_ticks = 0;
-        self.place_ankle();
+        self.place();
         None
     }
 
-    /// The ankle moves rigidly with the sole's clamped face (34).
-    fn place_ankle(&mut self) {
+    /// Sole and contact points in the world, and the ankle, which moves rigidly with the sole's clamped face (34).
+    fn place(&mut self) {
         let report = &mut self.report;
+        let foothold = Vec3::new(self.foothold.x, self.foothold.y, 0.0);
+        let pose = self.equilibrium.pose;
+        report.sole_pose = Transform::new(pose.rotation, pose.translation + foothold);
+        for (world, position) in report.node_positions.iter_mut().zip(&self.positions) {
+            *world = position + foothold;
+        }
         let arm = report.sole_pose.rotation * self.equilibrium.model().ankle_in_sole_m();
         report.ankle_pose = Transform::new(report.sole_pose.rotation, report.sole_pose.translation + arm);
         report.ankle_twist = report.twist.at(&arm);

@@ -85,6 +85,13 @@ pub struct StanceReport {
     pub wrench: Wrench,
     /// ZMP reached (m).
     pub zmp: Vector2<f64>,
+    /// How far the ZMP asked for lies inside the contact points (m), negative outside: the room there was before solving, whatever came
+    /// of it. The fold of the first tick may come before the edge. None before
+    /// a load was asked for that could be looked at.
+    pub zmp_margin_m: Option<f64>,
+    /// Horizontal force asked for over what friction allows, `|F_t| / (mu F_n)` with the largest coefficient of all points. None as
+    /// the margin.
+    pub friction_use: Option<f64>,
     /// Vertical moment about the ZMP (N m).
     pub moment_z_nm: f64,
     /// How far the points in contact lie below their undeformed places, on average, as a part of the sole's thickness; 0 for a sole of
@@ -133,6 +140,8 @@ impl StanceReport {
             ankle_acceleration: Twist::zero(),
             wrench: Wrench::zero(),
             zmp: Vector2::zeros(),
+            zmp_margin_m: None,
+            friction_use: None,
             moment_z_nm: 0.0,
             compression: 0.0,
             tangent: Mat6::zeros(),

@@ -2,7 +2,9 @@
 #![allow(non_snake_case)] // monogram notation
 #![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
+mod derivatives;
 mod edge;
+mod far;
 mod files;
 mod finite_elements;
 mod friction_on_soles;

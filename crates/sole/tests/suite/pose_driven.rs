@@ -178,6 +178,58 @@ fn the_estimators_pose_gives_back_the_force_it_was_asked_for() {
 }
 
 #[test]
+fn the_load_of_a_pose_leads_the_estimator_back_to_that_pose() {
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sound sole"));
+    let settings = EstimatorSettings { tolerance: 1e-12, ..EstimatorSettings::default() };
+    let driven = PoseDrivenSettings { tolerance: 1e-13, ..PoseDrivenSettings::default() };
+    let start = StanceReference::constant(Vec3::new(10.0, -5.0, 380.0), Vector2::new(0.01, 0.0));
+    let mut slid = 0;
+    for (k, pose) in [
+        pose(0.0, 0.0, 0.0, 2e-4, -1e-4, -1.0e-3),
+        pose(4e-3, -6e-3, 0.0, 1e-3, 5e-4, -8e-4),
+        pose(-8e-3, 15e-3, 0.0, -5e-4, 3e-4, -6e-4),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), settings);
+        estimator.touch_down(Foothold::default());
+        let stood = estimator.step(&start).clone();
+        let mut contact = PoseDrivenContact::new(Arc::clone(&model), driven);
+        contact.resume(&stood.node_positions, &stood.node_states);
+        // The estimator's sixth condition is no vertical moment about the ZMP: the yaw at which that holds, by secants.
+        let mut load_at = |yaw_rad: f64| {
+            let turned = Transform::new(so3::about_z(yaw_rad) * pose.rotation, pose.translation);
+            let report = contact.evaluate(&turned, &Plane, 5e-3);
+            assert_eq!(report.status, ContactStatus::Solved);
+            let (force, moment, o) = (report.wrench.force, report.wrench.moment, turned.translation);
+            let about = moment + Vec3::new(0.0, 0.0, o.z).cross(&force);
+            let arm = Vec3::new(-about.y / force.z, about.x / force.z, 0.0);
+            (turned, force, o.xy() + arm.xy(), about.z - arm.cross(&force).z)
+        };
+        let (mut yaw_rad, mut before) = (0.0, (1e-3, load_at(1e-3).3));
+        for _ in 0..20 {
+            let vertical_nm = load_at(yaw_rad).3;
+            if vertical_nm == before.1 {
+                break;
+            }
+            let next = yaw_rad - vertical_nm * (yaw_rad - before.0) / (vertical_nm - before.1);
+            before = (yaw_rad, vertical_nm);
+            yaw_rad = next;
+        }
+        let (wanted, force, zmp, vertical_nm) = load_at(yaw_rad);
+        assert!(vertical_nm.abs() < 1e-10, "pose {k}: {vertical_nm} N m left");
+        let found = estimator.step(&StanceReference::constant(force, zmp));
+        assert!(found.status.is_solved(), "pose {k}: {:?}", found.status);
+        slid += found.sliding;
+        let away_m = (found.sole_pose.translation - wanted.translation).norm();
+        let away_rad = so3::log(&(found.sole_pose.rotation * wanted.rotation.transpose())).norm();
+        assert!(away_m < 1e-9 && away_rad < 1e-9, "pose {k}: {away_m} m, {away_rad} rad");
+    }
+    assert!(slid > 0, "some points of some pose slide");
+}
+
+#[test]
 fn bumps_carry_the_sole_where_they_are() {
     struct Bump;
     impl Ground for Bump {

@@ -25,7 +25,7 @@ pub fn vector(v: &Value) -> Vec3 {
     Vec3::new(number(&v[0]), number(&v[1]), number(&v[2]))
 }
 
-fn pair(v: &Value) -> Vector2<f64> {
+pub fn pair(v: &Value) -> Vector2<f64> {
     Vector2::new(number(&v[0]), number(&v[1]))
 }
 
@@ -68,7 +68,7 @@ fn compliances_agree_entry_by_entry() {
     }
 }
 
-fn estimator(model: Arc<SoleModel>) -> StanceEstimator {
+pub fn estimator(model: Arc<SoleModel>) -> StanceEstimator {
     // The reference goes up to 0.999 of the friction cone.
     StanceEstimator::new(
         model,
