@@ -53,7 +53,7 @@ pub(crate) struct Work {
     pub residual: f64,
 }
 
-// What each constant is worth was measured with `examples/hard_cases.rs`: 2123 ticks, 63,363 iterations, 109 ticks unsolved because they
+// What each constant is worth was measured with `examples/hard_cases.rs`: 2123 ticks, 61,572 iterations, 101 ticks unsolved because they
 // fold. "Half" and "double" say how the iterations change when it is halved and doubled; the same ticks are solved, to the same answers,
 // unless said otherwise.
 

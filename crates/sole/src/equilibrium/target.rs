@@ -29,11 +29,15 @@ impl Target {
         ]
     }
 
-    /// A point between two targets (values only).
+    /// On the straight way from one load to another: force and moments in proportion, so the ZMP goes where the larger force is. A load
+    /// that grows small keeps its ZMP until it is; moved in proportion too, that would be far out while the force is still large, where
+    /// there may be no pose (values only).
     pub(crate) fn between(&self, to: &Self, fraction: f64) -> Self {
         let mut out = *to;
-        out.force[0] = self.force[0] * (1.0 - fraction) + to.force[0] * fraction;
-        out.zmp[0] = self.zmp[0] * (1.0 - fraction) + to.zmp[0] * fraction;
+        let (old, new) = ((1.0 - fraction) * self.force[0], fraction * to.force[0]);
+        out.force[0] = old + new;
+        // Both press: the caller refuses targets that do not.
+        out.zmp[0] = (old.z * self.zmp[0] + new.z * to.zmp[0]) / out.force[0].z;
         out
     }
 }

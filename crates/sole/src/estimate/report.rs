@@ -43,7 +43,8 @@ pub enum Status {
     },
     /// No pose was found that carries this load: following it from the last one that was carried stops on the way. At full load that
     /// is the fold of the first tick, whose references turn with the sole (35): see the crate. With friction far above one, or Poisson's
-    /// ratio near a half, there may be a pose further away.
+    /// ratio near a half, there may be a pose further away. The history stays that of the last load carried; every later tick tries again
+    /// from there, so a stance recovers as soon as its load allows.
     Fold {
         /// ZMP of the last load that was carried (m).
         reached_zmp_m: Vector2<f64>,
