@@ -3,26 +3,28 @@
 use messages::{FootDeformation, Plan, PlanFoot, RobotState as StateMessage, SoleDeformation};
 use nalgebra::Vector2;
 use pattern::Reference;
-use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench};
+use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench, so3};
 use wholebody::{FootTarget, WholeBodyReference};
 
-/// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright.
-pub(crate) fn reference(
-    pattern: &Reference,
-    deformation: &SoleDeformation,
-    torso_rotation: Mat3,
-) -> WholeBodyReference {
+use crate::heading::body_heading;
+
+/// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright and facing where the feet
+/// do.
+pub(crate) fn reference(pattern: &Reference, deformation: &SoleDeformation) -> WholeBodyReference {
+    let heading = body_heading(pattern);
     WholeBodyReference {
         com_position: pattern.com_position(),
         com_velocity: pattern.com_velocity(),
         com_acceleration: pattern.com_acceleration(),
         feet: [foot_target(&deformation.feet[0]), foot_target(&deformation.feet[1])],
-        torso_rotation,
+        torso_rotation: so3::about_z(heading.value),
+        torso_angular_velocity: Vec3::new(0.0, 0.0, heading.rate),
+        torso_angular_acceleration: Vec3::new(0.0, 0.0, heading.acceleration),
     }
 }
 
 /// The ankle pose in a message.
-pub(crate) fn ankle_pose(foot: &FootDeformation) -> Transform {
+fn ankle_pose(foot: &FootDeformation) -> Transform {
     Transform::new(rotation(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m))
 }
 

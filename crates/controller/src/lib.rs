@@ -9,7 +9,7 @@
 //! stabiliser, which sees the plan in the command and the sensors, closes the loop.
 //!
 //! **Before the walk** the first deformation gives the start configuration: centre of mass and ankles where pattern and
-//! estimator have them at time zero, torso upright, nearest to half-sitting. The robot is placed in it; when it has settled
+//! estimator have them at time zero, torso upright and facing where the feet do, nearest to half-sitting. The robot is placed in it; when it has settled
 //! ([`SettleDetector`]) the controller publishes `walk/start`, once.
 //!
 //! | what goes wrong | answer |
@@ -21,6 +21,7 @@
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod convert;
+mod heading;
 mod settings;
 mod settle;
 mod step;

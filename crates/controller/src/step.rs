@@ -10,12 +10,12 @@ use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
-use spatial::{Mat3, Vec3};
+use spatial::Vec3;
 use wholebody::{
     ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
 };
 
-use crate::convert::{ankle_pose, plan, reference, vertical_forces};
+use crate::convert::{plan, reference, vertical_forces};
 use crate::settings::{ControllerError, ControllerSettings};
 use crate::settle::{SettleDetector, Stillness};
 
@@ -214,8 +214,7 @@ impl ControllerProcess {
             state.v.fill(0.0);
             command.status = Outcome::Held.code();
         } else {
-            let torso = Mat3::identity();
-            let wanted = reference(&walk.evaluate(now_s), &deformation, torso);
+            let wanted = reference(&walk.evaluate(now_s), &deformation);
             let report = self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
             let held = report.status == StepStatus::Held;
             computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
@@ -259,12 +258,13 @@ impl ControllerProcess {
     /// Where the walk begins: nearest to half-sitting with centre of mass, ankles and torso in place.
     fn start_state(&self, walk: &WalkPattern, deformation: &SoleDeformation) -> Result<RobotState, ConfigurationError> {
         let model = self.whole_body.model();
+        let wanted = reference(&walk.evaluate(0.0), deformation);
         let targets = ConfigurationTargets {
-            com: walk.evaluate(0.0).com_position(),
+            com: wanted.com_position,
             ankles: self.ankles,
-            ankle_poses: [ankle_pose(&deformation.feet[0]), ankle_pose(&deformation.feet[1])],
+            ankle_poses: wanted.feet.map(|foot| foot.ankle_pose),
             torso: self.torso,
-            torso_rotation: Mat3::identity(),
+            torso_rotation: wanted.torso_rotation,
             posture: self.half_sitting.clone(),
             limit_margin_rad: self.limit_margin_rad,
         };

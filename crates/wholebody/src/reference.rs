@@ -72,6 +72,10 @@ pub struct WholeBodyReference {
     pub com_acceleration: Vec3,
     /// Left, right.
     pub feet: [FootTarget; 2],
-    /// `R_WT` of the torso; it shall not turn.
+    /// `R_WT` of the torso.
     pub torso_rotation: Mat3,
+    /// Its angular velocity, world axes (rad/s).
+    pub torso_angular_velocity: Vec3,
+    /// Its angular acceleration, world axes (rad/s²).
+    pub torso_angular_acceleration: Vec3,
 }

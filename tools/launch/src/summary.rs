@@ -3,6 +3,7 @@
 use messages::code::{Outcome, Process};
 use messages::{CONTROL_PERIOD_S, Health, RobotCommand, SoleDeformation, Truth};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -12,6 +13,8 @@ pub struct Summary {
     /// The first truth and when it came.
     first: Option<(Truth, Instant)>,
     last: Option<(Truth, Instant)>,
+    /// How far the body has turned to the left (rad), also beyond half a round.
+    turned_rad: f64,
     duration_s: f64,
     commands: BTreeMap<i64, RobotCommand>,
     com_error_m: Errors,
@@ -117,7 +120,10 @@ impl Summary {
     pub fn truth(&mut self, truth: &Truth) {
         let now = Instant::now();
         self.first.get_or_insert((*truth, now));
-        self.last = Some((*truth, now));
+        let before = self.last.replace((*truth, now)).map_or(*truth, |(before, _)| before);
+        let turned_rad = heading_rad(truth) - heading_rad(&before);
+        // Nobody turns by half a round between two truths.
+        self.turned_rad += turned_rad - TAU * (turned_rad / TAU).round();
         let tick = truth.header.tick;
         let command = self.commands.remove(&tick);
         let walking = command.is_some_and(|command| command.walk_time_s >= 0.0) && truth.fallen == 0;
@@ -178,7 +184,8 @@ impl Summary {
             let _ = writeln!(table, "{name:<22} {value}");
         };
         let Some((truth, _)) = self.last else { return "no tick was simulated\n".to_string() };
-        row("distance", format!("{:.3} m", self.distance_m()));
+        let (distance_m, turned_deg) = (self.distance_m(), self.turned_rad.to_degrees());
+        row("distance", format!("{distance_m:.3} m as the crow flies, turned by {turned_deg:.1} degrees"));
         row("walked", format!("{:.2} of {:.2} s", truth.walk_time_s.clamp(0.0, self.duration_s), self.duration_s));
         match self.fallen() {
             Some(time_s) => {
@@ -229,6 +236,11 @@ impl Summary {
     }
 }
 
+/// Where the body faces.
+fn heading_rad(truth: &Truth) -> f64 {
+    truth.base_rotation[3].atan2(truth.base_rotation[0])
+}
+
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
@@ -268,6 +280,17 @@ mod tests {
         assert!((summary.distance_m() - 0.3).abs() < 1e-12);
         assert_eq!(summary.fallen(), Some(1.5));
         assert!(summary.table().contains("yes, 1.50 s after the start: tilted too far"), "{}", summary.table());
+    }
+
+    #[test]
+    fn turning_is_counted_beyond_half_a_round() {
+        let mut summary = Summary::default();
+        for step in 0..=40 {
+            let (sin, cos) = (0.1 * f64::from(step) + 3.0).sin_cos();
+            let base_rotation = [cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0];
+            summary.truth(&Truth { header: Header::new(step.into(), 7), base_rotation, ..Truth::default() });
+        }
+        assert!((summary.turned_rad - 4.0).abs() < 1e-12, "{}", summary.turned_rad);
     }
 
     #[test]

@@ -88,7 +88,8 @@ impl WholeBody {
         let torso = &terms.frames[TORSO];
         let error = task::rotation_error(&reference.torso_rotation, &torso.placement.rotation);
         let stiffness = tasks.torso.stiffness_at(dt_s);
-        let desired = task::desired(&Vec3::zeros(), &-torso.velocity.angular, &error, stiffness);
+        let rate_error = reference.torso_angular_velocity - torso.velocity.angular;
+        let desired = task::desired(&reference.torso_angular_acceleration, &rate_error, &error, stiffness);
         let first = rows.len();
         for axis in 0..3 {
             rows.push(&torso.jacobian, 3 + axis, desired[axis] - torso.drift[3 + axis], tasks.torso.weight);

@@ -136,6 +136,8 @@ impl Walk {
             com_acceleration: r.com_acceleration(),
             feet: [0, 1].map(|foot| self.foot(foot, &r.feet[foot], t_s)),
             torso_rotation: so3::about_z(0.5 * (r.feet[0].ankle_foothold.yaw_rad + r.feet[1].ankle_foothold.yaw_rad)),
+            torso_angular_velocity: Vec3::zeros(),
+            torso_angular_acceleration: Vec3::zeros(),
         }
     }
 
@@ -226,6 +228,8 @@ pub fn moved(reference: &WholeBodyReference, X_WV: &Transform) -> WholeBodyRefer
         com_velocity: R * reference.com_velocity,
         com_acceleration: R * reference.com_acceleration,
         torso_rotation: R * reference.torso_rotation,
+        torso_angular_velocity: R * reference.torso_angular_velocity,
+        torso_angular_acceleration: R * reference.torso_angular_acceleration,
         feet: [0, 1].map(|i| {
             let foot = &reference.feet[i];
             let zmp = X_WV.point(&Vec3::new(foot.zmp.x, foot.zmp.y, 0.0));
