@@ -1,8 +1,8 @@
+#!/usr/bin/env python3
 """Opens a recording with the `mcap` reader of the MCAP project (checksums on) and decodes every message with nothing but the
 schemas in the file.
 
-    tools/oracles/.venv/bin/pip install mcap mcap-protobuf-support
-    tools/oracles/.venv/bin/python tools/oracles/recording.py runs/.../walk.mcap
+    python3 tools/oracles/recording.py runs/.../walk.mcap
 
 Ends with code 1 if anything cannot be read, if a tick is missing or if sequence numbers have gaps.
 """
@@ -10,11 +10,13 @@ Ends with code 1 if anything cannot be read, if a tick is missing or if sequence
 import collections
 import sys
 
-from mcap.reader import make_reader
-from mcap_protobuf.decoder import DecoderFactory
+import environment
 
 
 def main(path):
+    from mcap.reader import make_reader
+    from mcap_protobuf.decoder import DecoderFactory
+
     counts = collections.Counter()
     sequences = collections.defaultdict(list)
     ticks = []
@@ -44,4 +46,7 @@ def main(path):
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: recording.py FILE.mcap")
+    environment.enter(environment.HERE / ".venv-recording", environment.HERE / "requirements-recording.txt")
     sys.exit(main(sys.argv[1]))
