@@ -1,5 +1,5 @@
 use crate::dense::add_three;
-use crate::{ContactProblem, Report, Settings, Status, Workspace};
+use crate::{ContactProblem, Report, Settings, SingleContact, Status, Workspace};
 use nalgebra::Vector3;
 
 /// Sweeps run in circles when the smallest change in as many of them is no less than this part of that in as many before. Soles
@@ -15,7 +15,12 @@ const SHORTEST: f64 = 0.2;
 ///
 /// Full steps, unless they run in circles: thick nearly incompressible soles do that at friction 1.5, where a contact's state flips
 /// with its neighbours' for ever. Then only a part of each step is taken, and a smaller one while that goes on.
+///
+/// [`Status::Singular`] at once when a contact's own block is only semi-definite.
 pub fn gauss_seidel(problem: &ContactProblem, workspace: &mut Workspace, settings: &Settings) -> Report {
+    let Some(contacts) = &problem.contacts else {
+        return workspace.report(problem, settings.tolerance, 0, Status::Singular);
+    };
     problem.displacement_into(&workspace.force, &mut workspace.delta);
     let mut before = f64::INFINITY;
     let mut iterations = 0;
@@ -24,7 +29,7 @@ pub fn gauss_seidel(problem: &ContactProblem, workspace: &mut Workspace, setting
     let (mut least, mut least_before) = (f64::INFINITY, f64::INFINITY);
     while iterations < settings.sweeps_max {
         iterations += 1;
-        let (change, size) = sweep(problem, workspace, relaxation);
+        let (change, size) = sweep(problem, contacts, workspace, relaxation);
         least = least.min(change);
         if iterations % WINDOW == 0 {
             if least > STALLED * least_before {
@@ -48,7 +53,12 @@ pub fn gauss_seidel(problem: &ContactProblem, workspace: &mut Workspace, setting
 }
 
 /// One sweep that goes `relaxation` of the way to each local solution; returns `|change of F|` and `|F|`.
-pub(crate) fn sweep(problem: &ContactProblem, workspace: &mut Workspace, relaxation: f64) -> (f64, f64) {
+pub(crate) fn sweep(
+    problem: &ContactProblem,
+    contacts: &[SingleContact],
+    workspace: &mut Workspace,
+    relaxation: f64,
+) -> (f64, f64) {
     let rows = 3 * problem.contact_count();
     let w = problem.delassus().as_slice();
     let (mut change, mut size) = (0.0, 0.0);
@@ -63,7 +73,7 @@ pub(crate) fn sweep(problem: &ContactProblem, workspace: &mut Workspace, relaxat
         for axis in 0..3 {
             b[axis] -= c0[i + axis] * force.x + c1[i + axis] * force.y + c2[i + axis] * force.z;
         }
-        let (local, state) = problem.contacts[contact].solve(&b, &mut workspace.lambda[contact]);
+        let (local, state) = contacts[contact].solve(&b, &mut workspace.lambda[contact]);
         workspace.states[contact] = state;
         let next = if relaxation < 1.0 { force + relaxation * (local - force) } else { local };
         let step = next - force;

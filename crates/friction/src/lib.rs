@@ -23,7 +23,7 @@
 //! |---|---|---|
 //! | [`gauss_seidel`] | contact after contact with an exact local solve; `delta` is updated by columns; shorter steps when it runs in circles | first choice |
 //! | [`newton`] | semi-smooth Newton with active sets on all contacts at once | tight tolerances, stiff coupling |
-//! | [`proximal`] | a sequence of problems with `W + alpha I` | `W` rank-deficient, where the others stall |
+//! | [`proximal`] | a sequence of problems with `W + alpha I` | `W` rank-deficient, where the others stall; also a contact's own block |
 //! | [`solve`] | the first and the second in turns, then the third | when the answer matters more than the way |
 //!
 //! A solution exists for every `q` and `mu` when `W` is positive definite; it is unique only for small `mu`. A sliding sole of 60 mm and

@@ -2,13 +2,14 @@ use crate::{SingleContact, natural_map};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use thiserror::Error;
 
-/// `delta = W F + q` with friction coefficients; see the crate. Constant once built except for [`ContactProblem::set_free`].
+/// `delta = W F + q` with friction coefficients; see the crate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactProblem {
     delassus: DMatrix<f64>,
     free: DVector<f64>,
     mu: Vec<f64>,
-    pub(crate) contacts: Vec<SingleContact>,
+    /// The contacts one by one; none when a block is only semi-definite, which has no solution of its own for every displacement.
+    pub(crate) contacts: Option<Vec<SingleContact>>,
     pub(crate) rho: Vec<f64>,
 }
 
@@ -55,11 +56,19 @@ pub enum ProblemError {
         /// Its coefficient.
         mu: f64,
     },
-    /// A diagonal block of `W` is not positive definite: that contact cannot be moved by its own force.
-    #[error("the 3 x 3 block of contact {contact} is not positive definite")]
+    /// A diagonal block of `W` is zero: no force moves that contact.
+    #[error("the 3 x 3 block of contact {contact} is zero: no force moves it; leave it out")]
     ImmovableContact {
         /// The contact.
         contact: usize,
+    },
+    /// A diagonal block of `W` has a negative eigenvalue: pushing that contact would draw it nearer.
+    #[error("the 3 x 3 block of contact {contact} has the negative eigenvalue {eigenvalue:e}")]
+    NegativeBlock {
+        /// The contact.
+        contact: usize,
+        /// The eigenvalue (m/N).
+        eigenvalue: f64,
     },
 }
 
@@ -76,9 +85,12 @@ pub struct Residual {
 
 /// Public collections of problems hold matrices that are this unsymmetric (facts: some `W` are 1e-3 unsymmetric).
 const ASYMMETRY_MAX: f64 = 1e-2;
+/// A diagonal block is negative beyond rounding when its smallest eigenvalue is below this part of its largest, times -1.
+const ROUNDING: f64 = 1e-12;
 
 impl ContactProblem {
-    /// Checks and prepares. An asymmetry of rounding size is averaged away.
+    /// Checks and prepares. An asymmetry of rounding size is averaged away. That `W` as a whole is positive semi-definite is not checked,
+    /// for that costs as much as solving: where it is not, there need be no solution, and the residual says that none was found.
     ///
     /// # Errors
     /// [`ProblemError`].
@@ -112,12 +124,18 @@ impl ContactProblem {
                 symmetric[(column, row)] = 0.5 * (a + b);
             }
         }
-        let mut contacts = Vec::with_capacity(n);
+        let mut contacts = Some(Vec::with_capacity(n));
         let mut rho = Vec::with_capacity(n);
         for contact in 0..n {
             let block: Matrix3<f64> = symmetric.fixed_view::<3, 3>(3 * contact, 3 * contact).into_owned();
-            let prepared = SingleContact::new(&block, mu[contact]).ok_or(ProblemError::ImmovableContact { contact })?;
-            contacts.push(prepared);
+            match (SingleContact::new(&block, mu[contact]), &mut contacts) {
+                (Some(prepared), Some(contacts)) => contacts.push(prepared),
+                (Some(_), None) => {}
+                (None, _) => {
+                    semi_definite(contact, &block)?;
+                    contacts = None;
+                }
+            }
             rho.push(3.0 / block.trace());
         }
         Ok(Self { delassus: symmetric, free, mu, contacts, rho })
@@ -145,22 +163,6 @@ impl ContactProblem {
     #[must_use]
     pub fn mu(&self) -> &[f64] {
         &self.mu
-    }
-
-    /// Replaces `q`, for a sequence of problems of the same body.
-    ///
-    /// # Errors
-    /// [`ProblemError::Size`], [`ProblemError::NotFinite`].
-    pub fn set_free(&mut self, free: &[f64]) -> Result<(), ProblemError> {
-        if free.len() != self.free.len() {
-            let (rows, columns) = self.delassus.shape();
-            return Err(ProblemError::Size { contacts: self.mu.len(), rows, columns, free: free.len() });
-        }
-        if let Some(row) = free.iter().position(|x| !x.is_finite()) {
-            return Err(ProblemError::NotFinite { what: "q", row });
-        }
-        self.free.as_mut_slice().copy_from_slice(free);
-        Ok(())
     }
 
     /// `W F + q`.
@@ -208,4 +210,13 @@ impl ContactProblem {
         let relative = if scale > 0.0 { (sum / scale).sqrt() } else { 0.0 };
         Residual { absolute_n: sum.sqrt(), relative, worst_contact }
     }
+}
+
+fn semi_definite(contact: usize, block: &Matrix3<f64>) -> Result<(), ProblemError> {
+    let eigenvalues = block.symmetric_eigenvalues();
+    let (eigenvalue, largest) = (eigenvalues.min(), eigenvalues.max());
+    if eigenvalue < -ROUNDING * largest.abs() {
+        return Err(ProblemError::NegativeBlock { contact, eigenvalue });
+    }
+    if largest <= 0.0 { Err(ProblemError::ImmovableContact { contact }) } else { Ok(()) }
 }

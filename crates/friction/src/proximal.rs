@@ -41,11 +41,12 @@ pub fn proximal(problem: &ContactProblem, workspace: &mut Workspace, settings: &
             shifted[(i, i)] += alpha;
         }
         let Ok(inner) = ContactProblem::new(shifted, free.clone(), problem.mu().to_vec()) else { break };
+        let Some(contacts) = &inner.contacts else { break };
         inner.displacement_into(&workspace.force, &mut workspace.delta);
         let mut sweeps = 0;
         while sweeps < INNER_SWEEPS {
             sweeps += 1;
-            let (change, size) = sweep(&inner, workspace, 1.0);
+            let (change, size) = sweep(&inner, contacts, workspace, 1.0);
             if change <= INNER_ACCURACY * residual.max(settings.tolerance) * size {
                 break;
             }

@@ -28,7 +28,7 @@ pub enum Status {
     Solved,
     /// Iterations ran out; the residual says how far it came.
     IterationLimit,
-    /// A linear system was singular.
+    /// A linear system was singular, or a contact's own block is.
     Singular,
 }
 

@@ -161,24 +161,3 @@ fn a_rank_deficient_stack_is_solved_by_the_proximal_method() {
     assert_eq!(report.status, Status::Solved, "{:e}", report.residual.relative);
     assert!(report.force.dot(&report.delta) <= 1e-9, "contact and friction take energy");
 }
-
-#[test]
-fn wrong_numbers_are_named() {
-    use friction::ProblemError;
-    let identity = || DMatrix::identity(6, 6);
-    let q = || DVector::zeros(6);
-    assert!(matches!(ContactProblem::new(identity(), q(), vec![0.5]), Err(ProblemError::Size { .. })));
-    let mut w = identity();
-    w[(0, 3)] = 0.5;
-    assert!(matches!(
-        ContactProblem::new(w, q(), vec![0.5; 2]),
-        Err(ProblemError::NotSymmetric { row: 0, column: 3, .. })
-    ));
-    let mut w = identity();
-    w[(2, 2)] = f64::NAN;
-    assert!(matches!(ContactProblem::new(w, q(), vec![0.5; 2]), Err(ProblemError::NotFinite { what: "W", row: 2 })));
-    let error = ContactProblem::new(identity(), q(), vec![0.5, -0.1]);
-    assert!(matches!(error, Err(ProblemError::NegativeFriction { contact: 1, .. })));
-    let error = ContactProblem::new(DMatrix::zeros(6, 6), q(), vec![0.5; 2]);
-    assert!(matches!(error, Err(ProblemError::ImmovableContact { contact: 0 })));
-}
