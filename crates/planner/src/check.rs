@@ -1,9 +1,10 @@
 //! What a pattern must fulfil beyond its own constraints before anybody walks it: soles that can carry it, legs that can follow.
 
-use gait::{CheckReport, GaitSettings, Plan, Quantity};
+use gait::{CheckReport, GaitSettings, Plan, Quantity, Worst};
 use pattern::Side;
 use robot::Robot;
 
+use crate::findings::{amount, place};
 use crate::reach::{LegsError, RobotLegs};
 
 /// Grid of the check (s).
@@ -11,7 +12,7 @@ const GRID_S: f64 = 1e-3;
 /// Share of the friction that a plan may use: towards 1 the distance a sole slides grows without bound.
 const FRICTION_USE_MAX: f64 = 0.99;
 /// Names of a leg's joints, from the hip.
-const JOINTS: [&str; 6] = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"];
+pub(crate) const JOINTS: [&str; 6] = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"];
 
 /// A walk that cannot be walked.
 #[derive(Debug, thiserror::Error)]
@@ -19,6 +20,18 @@ pub enum NotWalkable {
     /// The legs are not known.
     #[error(transparent)]
     Legs(#[from] LegsError),
+    /// A constraint that the plan was made for is broken between the samples of the problem.
+    #[error(
+        "the plan is {} {}, more than {max_m} m: raise gait.discretisation.samples_per_polynomial (or constraint_violation_max_m)",
+        amount(worst),
+        place(worst)
+    )]
+    ConstraintViolated {
+        /// The constraint, phase, time and amount (m).
+        worst: Worst,
+        /// Largest violation allowed.
+        max_m: f64,
+    },
     /// More friction is needed than there is.
     #[error(
         "at {time_s:.3} s (step {step}) the feet need a friction of {needed:.3}, the sole gives {available:.3}: walk slower or raise gait.cost.lambda"
@@ -122,18 +135,23 @@ pub(crate) fn word(side: Side) -> &'static str {
     }
 }
 
-/// Measures the plan on a 1 ms grid and refuses what robot and soles cannot do.
-/// `friction`: instead of the robot's.
+/// Friction that a plan may use; `friction`: instead of that of the robot's soles.
+pub(crate) fn friction_available(robot: &Robot, friction: Option<f64>) -> f64 {
+    FRICTION_USE_MAX * friction.unwrap_or_else(|| robot.sole.friction.smallest())
+}
+
+/// Measures the plan on a 1 ms grid and refuses what breaks its own constraints by more than `violation_max_m` and what robot and
+/// soles cannot do.
 pub(crate) fn check(
     plan: &Plan,
     gait: &GaitSettings,
     robot: &Robot,
-    friction: Option<f64>,
+    available: f64,
+    violation_max_m: f64,
 ) -> Result<CheckReport, NotWalkable> {
     let legs = RobotLegs::new(robot)?;
     let report = gait::check(plan, gait, GRID_S, Some(&legs));
     let worst = |quantity: Quantity| report.worst.iter().find(|worst| worst.quantity == quantity);
-    let available = FRICTION_USE_MAX * friction.unwrap_or_else(|| robot.sole.friction.smallest());
     // Comparisons are written so that a value that is not a number is refused.
     if let Some(w) = worst(Quantity::FrictionDemand) {
         let enough = w.value <= available;
@@ -146,6 +164,12 @@ pub(crate) fn check(
         if !inside {
             let foot = w.foot.map_or("loaded", word);
             return Err(NotWalkable::ZmpOutside { time_s: w.time_s, step: w.step, foot, by_m: w.value });
+        }
+    }
+    if let Some(w) = report.largest_violation() {
+        let kept = w.value <= violation_max_m;
+        if !kept {
+            return Err(NotWalkable::ConstraintViolated { worst: *w, max_m: violation_max_m });
         }
     }
     if let Some(reach) = &report.reach {
@@ -250,6 +274,50 @@ mod tests {
         assert!((0.1..1.0).contains(&part), "{part}");
     }
 
+    /// Three samples per polynomial: its ends and its middle.
+    const COARSE: [&str; 3] =
+        ["gait.discretisation.samples_per_polynomial=3", "gait.cost.lambda=0.5", "sole.level=rigid"];
+
+    #[test]
+    fn a_zmp_that_leaves_its_margin_between_the_samples_is_refused_with_phase_time_and_amount() {
+        let refused = plan(&COARSE).expect_err("1 mm is allowed");
+        let words = refused.to_string();
+        let PlannerError::NotWalkable(NotWalkable::ConstraintViolated { worst, max_m: 1e-3 }) = refused else {
+            panic!("{words}")
+        };
+        assert!((1e-3..2e-3).contains(&worst.value) && (0.8..14.0).contains(&worst.time_s), "{words}");
+        assert!(words.contains(&format!("phase {})", worst.phase)), "{words}");
+        assert!(words.contains("outside the ZMP's margin of the"), "{words}");
+        // More samples are the remedy, as the message says; with a larger limit the whole sole still counts.
+        let [_, lambda, rigid] = COARSE;
+        assert!(plan(&["gait.discretisation.samples_per_polynomial=5", lambda, rigid]).is_ok());
+        let [samples, ..] = COARSE;
+        assert!(plan(&[samples, lambda, rigid, "constraint_violation_max_m=0.002"]).is_ok());
+        for bad in ["-1e-3", "nan", "1.0"] {
+            let refused = plan(&[&format!("constraint_violation_max_m={bad}")]).expect_err("a limit that is none");
+            assert!(matches!(refused, PlannerError::ConstraintViolationMax(_)), "{refused}");
+        }
+    }
+
+    #[test]
+    fn every_plan_says_its_violation_friction_margin_and_tightest_leg() {
+        let [samples, lambda, rigid] = COARSE;
+        let planned = plan(&[samples, lambda, rigid, "constraint_violation_max_m=0.002"]).expect("allowed");
+        let [violation, margins, leg] = &planned.findings()[..] else { panic!("{:?}", planned.findings()) };
+        let worst = planned.check.largest_violation().expect("measured");
+        let place = format!("at {:.3} s (step {}, {:?}, phase {})", worst.time_s, worst.step, worst.kind, worst.phase);
+        assert!(violation.starts_with("largest violation of a constraint: 1."), "{violation}");
+        assert!(violation.contains("mm outside the ZMP's margin") && violation.ends_with(&place), "{violation}");
+        assert!(margins.contains("friction demand: 0.0") && margins.contains("of 0.643"), "{margins}");
+        // The margin is 20 mm.
+        let margin_mm = 20.0 - 1e3 * worst.value;
+        assert!(margins.contains(&format!("edge: {margin_mm:.2} mm, ")), "{margins}");
+        assert!(leg.contains("mm longer at") && leg.contains("degrees to its limit at"), "{leg}");
+        // A walk that keeps everything says so.
+        let kept = plan(&["gait.cost.lambda=0.0", rigid]).expect("it can be walked").findings();
+        assert!(kept[0].starts_with("every constraint is kept, nearest: "), "{kept:?}");
+    }
+
     #[test]
     fn a_walk_on_ice_is_refused_for_its_friction() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -258,7 +326,8 @@ mod tests {
         let plan = gait::plan(&settings.gait).expect("it can be planned");
         let mut robot = Robot::load(&settings.robot).expect("the robot that ships is read");
         robot.sole.friction = robot::Friction::Uniform(0.01);
-        let refused = check(&plan, &settings.gait, &robot, None).expect_err("no walk needs so little");
+        let refused = check(&plan, &settings.gait, &robot, friction_available(&robot, None), 1e-3)
+            .expect_err("no walk needs so little");
         assert!(matches!(refused, NotWalkable::Friction { needed, .. } if needed > 0.01), "{refused}");
     }
 }

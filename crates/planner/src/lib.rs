@@ -1,14 +1,16 @@
 //! Plans the walk and publishes the pattern (the paper's section 3, as a process).
 //!
 //! The configuration says where the feet go, how long the phases last and what is minimised; [`gait`] solves the quadratic
-//! program. The finished pattern is measured once more on a 1 ms grid and refused if friction or ZMP are beyond the soles or the
-//! legs cannot follow (reach, joint limits); then the estimator's equilibrium is solved for every tick of every stance, and the pattern
+//! program. The finished pattern is measured once more on a 1 ms grid and refused if it breaks a constraint by more than
+//! `constraint_violation_max_m`, if friction or ZMP are beyond the soles or the legs cannot follow (reach, joint limits); what was
+//! measured is logged with every plan. Then the estimator's equilibrium is solved for every tick of every stance, and the pattern
 //! refused if a sole cannot carry it or would tilt or be pressed together too much. With time, foot and amount. Planned once, before anything moves; the process stays to
 //! serve those who come later.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod carry;
 mod check;
+mod findings;
 mod reach;
 mod settings;
 
@@ -26,8 +28,10 @@ use robot::Robot;
 pub struct PlannerOutput {
     /// The plan and how it was found.
     pub plan: Plan,
-    /// What the check on the fine grid found.
+    /// What the check on the fine grid found; in words: [`findings`](Self::findings).
     pub check: CheckReport,
+    /// Friction that the plan may use.
+    pub friction_available: f64,
     /// What the soles said; `None` if none were asked.
     pub soles: Option<SoleCheck>,
     /// What the phases have in common.
@@ -48,10 +52,11 @@ pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
         return Err(PatternRefused::TooLong { found: gait.phases() }.into());
     }
     let plan = gait::plan(&gait)?;
-    let check = check::check(&plan, &gait, &robot, settings.sole.friction)?;
+    let friction_available = check::friction_available(&robot, settings.sole.friction);
+    let check = check::check(&plan, &gait, &robot, friction_available, settings.constraint_violation_max_m)?;
     let models = soles::build(&robot, &settings.sole, &mut soles::Store::none())?;
     let carried = models.map(|models| carry::carry(&plan.pattern, models)).transpose()?;
     let soles = carried.map(|soles| soles.within(settings)).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
-    Ok(PlannerOutput { plan, check, soles, header, phases })
+    Ok(PlannerOutput { plan, check, friction_available, soles, header, phases })
 }

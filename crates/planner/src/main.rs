@@ -14,6 +14,9 @@ impl Program for Plan {
 
     fn build(settings: PlannerSettings) -> Result<Self, Failure> {
         let planned = planner::plan(&settings).map_err(Failure::unusable)?;
+        for finding in planned.findings() {
+            tracing::info!("{finding}");
+        }
         if let Some(soles) = &planned.soles {
             let (tilt_deg, compressed) = (soles.tilt_rad.value.to_degrees(), 100.0 * soles.compression.value);
             tracing::info!(
