@@ -32,6 +32,13 @@ pub enum Quantity {
     ZmpVelocityJump,
     /// Jump of its acceleration (m/s^2).
     ZmpAccelerationJump,
+    /// The same for each foot that is loaded on both sides of the joint: its own ZMP goes on while phases, and the foot's part in
+    /// them, change (m).
+    FootZmpJump,
+    /// Jump of its velocity (m/s).
+    FootZmpVelocityJump,
+    /// Jump of its acceleration (m/s^2).
+    FootZmpAccelerationJump,
     /// Jump of the COM where phases meet (m).
     ComJump,
     /// Jump of its velocity (m/s).
@@ -219,6 +226,19 @@ fn check_joint(report: &mut CheckReport, before: &Reference, after: &Reference) 
     ];
     for (quantity, jump) in jumps {
         report.note(quantity, jump.norm(), after, None);
+    }
+    for side in Side::BOTH {
+        let [b, a] = [before, after].map(|r| &r.feet[side.index()]);
+        if b.in_contact && a.in_contact {
+            let jumps = [
+                (Quantity::FootZmpJump, a.zmp.position - b.zmp.position),
+                (Quantity::FootZmpVelocityJump, a.zmp.velocity - b.zmp.velocity),
+                (Quantity::FootZmpAccelerationJump, a.zmp.acceleration - b.zmp.acceleration),
+            ];
+            for (quantity, jump) in jumps {
+                report.note(quantity, jump.norm(), after, Some(side));
+            }
+        }
     }
 }
 

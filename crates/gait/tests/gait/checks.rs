@@ -25,11 +25,24 @@ fn a_sound_plan_has_nothing_to_complain_about() {
 #[test]
 fn every_defect_is_seen_with_phase_and_amount() {
     type Case = (&'static str, fn(&mut Plan), Quantity, f64);
-    let cases: [Case; 8] = [
+    let cases: [Case; 11] = [
         ("ZMP off its COM", |p| p.pattern.phases[DOUBLE].zmp[0].0[3] += 0.5, Quantity::ComEquation, 0.1),
         ("loads do not balance", |p| p.pattern.phases[DOUBLE].load.excess[1].0[0] += 0.1, Quantity::LoadBalance, 1e-3),
         ("ZMP jumps", |p| p.pattern.phases[DOUBLE].zmp[0].0[0] += 0.01, Quantity::ZmpJump, 0.0099),
         ("ZMP velocity jumps", |p| p.pattern.phases[DOUBLE].zmp[0].0[1] += 0.01, Quantity::ZmpVelocityJump, 0.0099),
+        ("a foot's ZMP jumps", |p| p.pattern.phases[DOUBLE].zmp_1[0].0[0] += 0.01, Quantity::FootZmpJump, 0.0099),
+        (
+            "a foot's ZMP velocity jumps",
+            |p| p.pattern.phases[DOUBLE].zmp_1[0].0[1] += 0.01,
+            Quantity::FootZmpVelocityJump,
+            0.0099,
+        ),
+        (
+            "a foot's ZMP acceleration jumps",
+            |p| p.pattern.phases[DOUBLE].load.excess[1].0[2] += 0.01,
+            Quantity::FootZmpAccelerationJump,
+            0.0099,
+        ),
         ("COM jumps", |p| p.pattern.phases[DOUBLE].com[1].polynomial.0[0] += 0.01, Quantity::ComJump, 0.0099),
         (
             "COM velocity jumps",

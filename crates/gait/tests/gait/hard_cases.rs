@@ -1,11 +1,8 @@
 //! Requests at the edge of what a walk can be.
 
-use crate::support::{planned, straight};
+use crate::support::{BETWEEN_SAMPLES_M, planned, straight};
 use gait::{CostSettings, GaitSettings, Quantity, Walk, check, plan};
 use pattern::Side;
-
-/// 11 samples over at most 0.8 s leave a quintic this much room between them (m). Measured: see the table in the crate's docs.
-const BETWEEN_SAMPLES_M: f64 = 2e-3;
 
 #[test]
 fn from_one_swing_to_a_thousand() {
@@ -39,21 +36,46 @@ fn phases_from_a_twentieth_of_a_second_to_twenty_seconds_mixed() {
     let mut settings = straight(6);
     settings.timing.single_support_each_s = vec![0.05, 20.0, 0.3, 0.05, 5.0, 0.7];
     settings.timing.double_support_each_s = vec![20.0, 0.4, 0.3, 8.0, 0.4];
-    // A quintic over 20 s between 11 samples: the ZMP may leave the margin, see the test below for the remedy.
-    planned("mixed phases", &settings, 5e-3);
+    planned("mixed phases", &settings, BETWEEN_SAMPLES_M);
     for phase in [0.05, 0.1, 2.0, 20.0] {
         let mut settings = straight(4);
         settings.timing.single_support_s = phase;
         settings.timing.double_support_s = phase;
-        planned(&format!("all phases {phase} s"), &settings, 5e-3);
+        planned(&format!("all phases {phase} s"), &settings, BETWEEN_SAMPLES_M);
     }
 }
 
 #[test]
 fn only_one_term_of_the_cost() {
-    for (lambda, mu) in [(0.0, 0.0), (0.0, 15.0), (1.0, 0.0), (1.0, 15.0), (0.5, 0.0), (0.6, 1e4)] {
-        let settings = GaitSettings { cost: CostSettings { lambda, mu }, ..straight(5) };
-        planned(&format!("lambda {lambda}, mu {mu}"), &settings, 5e-3);
+    for (lambda, mu) in [(0.0, 15.0), (1.0, 15.0), (0.6, 1e4)] {
+        planned(&format!("lambda {lambda}, mu {mu}"), &weighing(lambda, mu), BETWEEN_SAMPLES_M);
+    }
+    for (lambda, mu) in [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)] {
+        planned(&format!("lambda {lambda}, mu {mu}"), &weighing(lambda, mu), UNWEIGHED_BETWEEN_SAMPLES_M);
+    }
+}
+
+/// Where nothing is paid for the feet's ZMPs (mu = 0) they swing between 11 samples by up to this (m).
+const UNWEIGHED_BETWEEN_SAMPLES_M: f64 = 2.5e-3;
+
+fn weighing(lambda: f64, mu: f64) -> GaitSettings {
+    GaitSettings { cost: CostSettings { lambda, mu }, ..straight(5) }
+}
+
+#[test]
+fn more_samples_keep_a_restless_zmp_in_its_margin() {
+    for lambda in [0.5, 1.0] {
+        let outside = |samples: u32| {
+            let mut settings = weighing(lambda, 0.0);
+            settings.discretisation.samples_per_polynomial = samples;
+            let plan = planned(&format!("{samples} samples"), &settings, UNWEIGHED_BETWEEN_SAMPLES_M);
+            check(&plan, &settings, 1e-3, None).value(Quantity::ZmpOutsidePolygon)
+        };
+        let measured = [11, 21, 41, 81].map(outside);
+        // Between samples a distance h apart a smooth function leaves its bound by h^2 times a curvature: eight times as many leave a
+        // 64th, if the worst place stays the same.
+        let [coarse, finer, _, finest] = measured;
+        assert!(finer < BETWEEN_SAMPLES_M && finest < coarse / 20.0, "lambda {lambda}: {measured:?}");
     }
 }
 
@@ -89,14 +111,33 @@ fn zero_step_length_marks_time() {
     }
 }
 
+/// Eight swings on a circle whose longest distance along a stance foot is `length_m`, from ankle to ankle: the outer foot lands
+/// `(|r| + d/2) sin(turn)` ahead of the inner one.
+fn turning(radius_m: f64, length_m: f64) -> GaitSettings {
+    let mut settings = straight(8);
+    let ankle_distance_m = 0.25;
+    settings.start.ankle_distance_m = ankle_distance_m;
+    let turn = (length_m / (radius_m.abs() + ankle_distance_m / 2.0)).asin();
+    settings.walk = Walk::Circle { swings: 8, step_length_m: radius_m.abs() * turn, radius_m };
+    settings
+}
+
 #[test]
 fn the_longest_step_while_turning() {
-    for radius_m in [3.0, -3.0, 1.2] {
-        let mut settings = straight(8);
-        settings.start.ankle_distance_m = 0.2;
-        // Feet on a circle: the outer one is ahead of the inner one by more than the step along the middle.
-        settings.walk = Walk::Circle { swings: 8, step_length_m: 0.26, radius_m };
-        planned(&format!("radius {radius_m}"), &settings, BETWEEN_SAMPLES_M);
+    let limit_m = GaitSettings::default().limits.step_length_max_m;
+    // Rounding of the footholds' coordinates.
+    const ROUNDING_M: f64 = 1e-14;
+    for radius_m in [3.0, -3.0, 1.2, -0.8] {
+        let settings = turning(radius_m, limit_m);
+        let plan = planned(&format!("radius {radius_m}"), &settings, BETWEEN_SAMPLES_M);
+        let reached = check(&plan, &settings, 1e-3, None).value(Quantity::StepTooLong);
+        assert!(reached.abs() < ROUNDING_M, "radius {radius_m}: {reached:e} from the limit");
+        let error = gait::plan(&turning(radius_m, limit_m + 1e-9)).expect_err("a nanometre too long");
+        let gait::GaitError::Step { rule: "distance along the stance foot", found_m, limit_m: told_m, .. } = error
+        else {
+            panic!("radius {radius_m}: {error}")
+        };
+        assert!((found_m - limit_m - 1e-9).abs() < ROUNDING_M && told_m == limit_m, "{error}");
     }
 }
 

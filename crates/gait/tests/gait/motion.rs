@@ -1,6 +1,6 @@
 //! The references as functions of time.
 
-use crate::support::{planned, straight};
+use crate::support::{BETWEEN_SAMPLES_M, planned, straight};
 use gait::{GaitSettings, Walk, ankle_pose, plan};
 use nalgebra::Vector2;
 use pattern::{PhaseKind, Reference, WalkPattern};
@@ -13,7 +13,7 @@ fn walks() -> Vec<WalkPattern> {
 
 #[test]
 fn the_default_walk_is_the_papers_slow_one() {
-    let plan = planned("default", &GaitSettings::default(), 1e-3);
+    let plan = planned("default", &GaitSettings::default(), BETWEEN_SAMPLES_M);
     assert_eq!(plan.pattern.phases.len(), 34, "m = 3 n + 4 with n = 10");
     assert!((plan.pattern.duration_s() - 14.42).abs() < 1e-12);
     for (q, (_, landing)) in (1..).zip(&plan.landings) {
@@ -99,6 +99,34 @@ fn load_and_zmp_of_the_landing_foot_are_regular_at_both_ends() {
                 assert!((end.feet[two].zmp.acceleration - end.zmp.acceleration).amax() < 1e-8);
             }
         }
+    }
+}
+
+/// ZMP1 and ZMP2 are C2 wherever a foot stays loaded: inside start and stop, where a foot that carried everything becomes foot 1,
+/// and where foot 2 has taken over.
+#[test]
+fn each_foots_own_zmp_goes_on_with_two_derivatives_at_every_joint() {
+    for pattern in walks() {
+        let (mut inner, mut changing) = (0, 0);
+        for i in 1..pattern.phases.len() {
+            let (before, after) = (pattern.evaluate_phase(i - 1, f64::INFINITY), pattern.evaluate_phase(i, 0.0));
+            let same_part = before.kind == after.kind && before.kind != PhaseKind::SingleSupport;
+            for (b, a) in before.feet.iter().zip(&after.feet).filter(|(b, a)| b.in_contact && a.in_contact) {
+                if same_part {
+                    inner += 1
+                } else {
+                    changing += 1
+                }
+                assert!((a.zmp.position - b.zmp.position).amax() < 1e-12, "joint {i}");
+                assert!((a.zmp.velocity - b.zmp.velocity).amax() < 1e-10, "joint {i}");
+                assert!((a.zmp.acceleration - b.zmp.acceleration).amax() < 1e-8, "joint {i}");
+                let shares = [(a.share.value, b.share.value), (a.share.rate, b.share.rate)];
+                assert!(shares.iter().all(|(a, b)| (a - b).abs() < 1e-11), "joint {i}: {shares:?}");
+                assert!((a.share.acceleration - b.share.acceleration).abs() < 1e-9, "joint {i}");
+            }
+        }
+        assert_eq!(inner, 4, "both feet, inside start and stop");
+        assert_eq!(changing, pattern.phases.len() - 3, "the standing foot at all others");
     }
 }
 

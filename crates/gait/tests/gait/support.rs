@@ -7,6 +7,9 @@ pub const COM_EQUATION: f64 = 1e-9;
 /// KKT residuals in scaled unknowns: the demand.
 pub const KKT: f64 = 1e-8;
 
+/// How far a ZMP may leave its polygon between 11 samples (m): the planner's limit. The largest found here is 0.4 mm, with mu > 0.
+pub const BETWEEN_SAMPLES_M: f64 = 1e-3;
+
 pub fn straight(swings: u32) -> GaitSettings {
     GaitSettings { walk: Walk::Straight { swings, step_length_m: 0.05 }, ..GaitSettings::default() }
 }
@@ -28,6 +31,9 @@ pub fn planned(name: &str, settings: &GaitSettings, between_samples_m: f64) -> P
         (Quantity::ZmpJump, 1e-12),
         (Quantity::ZmpVelocityJump, 1e-10),
         (Quantity::ZmpAccelerationJump, 1e-8),
+        (Quantity::FootZmpJump, 1e-12),
+        (Quantity::FootZmpVelocityJump, 1e-10),
+        (Quantity::FootZmpAccelerationJump, 1e-8),
         (Quantity::ComJump, 1e-12),
         (Quantity::ComVelocityJump, 1e-10),
         (Quantity::SpeedAtEnds, 1e-10),
