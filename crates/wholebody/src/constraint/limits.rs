@@ -1,10 +1,21 @@
 //! Bounds on joint accelerations such that position and velocity limits can be kept for ever.
 //!
-//! A joint may only be as fast as it can still stop before its limit with the deceleration b it can count on:
-//! `v <= min(v_max, sqrt(2 b (q_max - q)))`. An acceleration a held for one period dt leads to `q' = q + v dt + a dt²/2`,
-//! `v' = v + a dt`; requiring the same of (q', v') gives a bound on a which, from any state that keeps it, is at least -b:
-//! braking is always allowed, so the bounds of both sides never contradict each other because of dt (Del Prete, *Joint
-//! position and velocity bounds in discrete-time acceleration/torque control of robot arms*, RA-L 2018, whose idea this is).
+//! A joint may only be as fast as it can still stop before its limit with the deceleration b it can count on. With e the room
+//! left to the limit,
+//!
+//! ```text
+//! v <= s(e) = sqrt(2 b (e - e₁/2))   beyond e₁ = b dt²
+//!             e / dt                 nearer: the room then shrinks to a third in every period
+//! ```
+//!
+//! An acceleration a held for one period dt leads to `e' = e - v dt - a dt²/2`, `v' = v + a dt`; requiring `v' <= s(e')` gives a
+//! bound on a which, from any state that keeps it, is at least -b: braking is always allowed, so the bounds of both sides
+//! never contradict each other because of dt (Del Prete, *Joint position and velocity bounds in discrete-time
+//! acceleration/torque control of robot arms*, RA-L 2018, whose idea this is).
+//!
+//! **Why the straight part.** With the square root alone the last stretch would be taken in one period, `v' = 2 e/dt - v`: a
+//! joint pressed against its limit would arrive with v and leave with -v, and so on for ever, within its limit and chattering.
+//! The straight part is the tangent of the root at e₁, so nowhere more than b is needed.
 
 /// Limits of one joint, as the constraint uses them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,18 +56,18 @@ impl JointLimits {
 fn highest(room: f64, v: f64, limits: &JointLimits, dt: f64) -> f64 {
     let b = limits.braking;
     let by_speed = (limits.velocity - v) / dt;
-    // Largest a with v' <= 0, or v'² <= 2 b (room - v dt - a dt²/2).
     let by_room = if room.is_infinite() {
         f64::INFINITY
     } else {
-        // With w = v' = v + a dt: w² + b dt w + b (v dt - 2 room) <= 0.
-        let half = 0.5 * b * dt;
-        let discriminant = half * half + b * (2.0 * room - v * dt);
-        let speed = if discriminant > half * half {
-            discriminant.sqrt() - half
+        // The straight part: w = v' with w = e'/dt and e' = room - (v + w) dt/2.
+        let straight = (room / dt - 0.5 * v) / 1.5;
+        let near = b * dt * dt;
+        let speed = if straight * dt <= near {
+            straight
         } else {
-            // No forward speed is left: turn back such that q' is within the limit.
-            2.0 * room / dt - v
+            // w² + b dt w + b (v dt - 2 room + near) = 0.
+            let half = 0.5 * b * dt;
+            (half * half + b * (2.0 * room - near - v * dt)).sqrt() - half
         };
         (speed - v) / dt
     };
@@ -98,6 +109,23 @@ mod tests {
                     assert!(v.abs() <= LIMITS.velocity + ROUNDING, "dt {dt}: v {v}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_joint_pressed_against_its_limit_comes_to_rest_there() {
+        for dt in [1e-3, 5e-3, 2e-2] {
+            let (mut q, mut v) = (0.1, 0.0);
+            let mut turns = 0;
+            for _ in 0..(3.0 / dt) as usize {
+                let (_, high) = LIMITS.acceleration_bounds(q, v, dt);
+                q += v * dt + 0.5 * high * dt * dt;
+                let before = v;
+                v += high * dt;
+                turns += usize::from(before > ROUNDING && v < -ROUNDING);
+            }
+            assert_eq!(turns, 0, "dt {dt}");
+            assert!((LIMITS.upper - q).abs() < 1e-6 && v.abs() < ROUNDING, "dt {dt}: {q} rad, {v} rad/s");
         }
     }
 
