@@ -1,11 +1,12 @@
 //! What comes out.
 
+use crate::constraint::friction::POINTS;
 use crate::layout::ConstraintId;
 use multibody::Configuration;
 use nalgebra::DVector;
 use qp::dense::Side;
 use qp::{Residuals, Status};
-use spatial::{Vec6, Wrench};
+use spatial::{Vec3, Vec6, Wrench};
 
 /// How a step was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -90,6 +91,8 @@ pub struct Relaxation {
 pub struct FootForce {
     /// Wrench of the ground on the foot about the ankle's origin, world axes; zero in the air.
     pub wrench: Wrench,
+    /// Forces of the ground on the sole's corners, world axes (N): front left, front right, rear right, rear left.
+    pub corners: [Vec3; POINTS],
     /// Highest load that was allowed (N).
     pub load_max_n: f64,
 }

@@ -85,6 +85,17 @@ impl FrictionCones {
         }
         Wrench::from_vector(&sum)
     }
+
+    /// Force at each corner of given intensities, world axes.
+    #[must_use]
+    pub fn corner_forces(&self, intensities: &[f64]) -> [Vec3; POINTS] {
+        let mut forces = [Vec3::zeros(); POINTS];
+        let per_point = self.generators.len();
+        for ((k, column), f) in self.map.as_slice().chunks_exact(6).enumerate().zip(intensities) {
+            forces[k / per_point] += *f * Vec3::new(column[0], column[1], column[2]);
+        }
+        forces
+    }
 }
 
 #[cfg(test)]

@@ -368,7 +368,9 @@ impl WholeBody {
         }
         for foot in layout.standing() {
             let first = layout.force(foot);
-            report.feet[foot].wrench = cones[foot].wrench(&x[first..first + layout.intensities]);
+            let intensities = &x[first..first + layout.intensities];
+            report.feet[foot].wrench = cones[foot].wrench(intensities);
+            report.feet[foot].corners = cones[foot].corner_forces(intensities);
         }
         for active in &outcome.active {
             if let Some(id) = layout.meaning(active.row) {

@@ -1,143 +1,118 @@
-//! Periods, and limits that bind.
+//! Periods, and limits that bind: at every tick of every walk here all limits hold as set and nothing is relaxed
+//! (`Watch::look`), and no signal alternates for long.
 
-use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, walk};
+use crate::support::watch::Watch;
+use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start, walk};
 use gait::GaitSettings;
-use wholebody::{ConstraintId, StepStatus, WholeBody};
+use wholebody::{WholeBody, WholeBodySettings};
+
+/// Periods in a row in which a signal may turn back: limits that begin or cease to bind pass the motion from joint to joint.
+/// Chatter is what does not end; it was 87 periods when joints were let into their limits in a single period.
+const ALTERNATION_MAX: usize = 3;
+
+/// HRP-4's walking model with changed settings.
+fn body(change: impl Fn(&mut WholeBodySettings)) -> WholeBody {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let mut settings = settings(&robot, &model);
+    change(&mut settings);
+    WholeBody::new(model, settings).expect("settings fit the model")
+}
+
+/// Three steps of 0.1 m in 0.6 s each.
+fn brisk() -> GaitSettings {
+    let mut gait =
+        GaitSettings { walk: gait::Walk::Straight { swings: 3, step_length_m: 0.1 }, ..GaitSettings::default() };
+    gait.timing.single_support_s = 0.4;
+    gait.timing.double_support_s = 0.2;
+    gait
+}
+
+fn watched(plan: &Walk, body: &mut WholeBody, dt_s: f64) -> Watch {
+    let mut watch = Watch::with_period(body, dt_s);
+    walk(plan, body, dt_s, |tick, _, reference, report| watch.look(tick, reference, report));
+    watch
+}
 
 #[test]
-fn periods_from_1_to_20_ms_are_stable_and_track() {
-    let robot = robot();
-    for (period_s, allowed_m) in [(1e-3, 1e-3), (2e-3, 1e-3), (5e-3, 1e-3), (1e-2, 2e-3), (2e-2, 8e-3)] {
-        let model = model(&robot, Joints::Legs);
-        let settings = settings(&robot, &model);
-        let mut body = WholeBody::new(model, settings).expect("settings fit the model");
-        let mut worst: f64 = 0.0;
-        let mut fastest: f64 = 0.0;
-        walk(&Walk::straight(2), &mut body, period_s, |tick, _, _, report| {
-            assert_ne!(report.status, StepStatus::Held, "{period_s} s, tick {tick}: {:?}", report.contradiction);
-            worst = worst.max(report.body_error.fixed_rows::<3>(0).norm());
-            fastest = fastest.max(report.v_next.amax());
-        });
-        assert!(worst < allowed_m, "{period_s} s: centre of mass off by {worst} m");
-        assert!(fastest < 3.0, "{period_s} s: {fastest} rad/s");
+fn periods_from_1_to_20_ms_keep_every_limit_and_track() {
+    assert_eq!(body(|_| {}).model().nv(), 28);
+    let mut worst: f64 = 0.0;
+    for period_s in [1e-3, 2e-3, 5e-3, 1e-2, 2e-2] {
+        let watch = watched(&Walk::straight(2), &mut body(|_| {}), period_s);
+        let said = format!("{period_s} s: {}", watch.figures());
+        worst = worst.max(watch.com_error_m);
+        assert!(watch.com_error_m < 3e-4, "{said}");
+        // The soles' jerk is what constant accelerations cannot follow; at 20 ms it leaves a tenth of a millimetre.
+        let allowed = if period_s > 5e-3 { 2e-4 } else { 1e-5 };
+        assert!(watch.contact_error_m < allowed && watch.contact_error_rad < allowed, "{said}");
+        assert!(watch.alternation() <= ALTERNATION_MAX, "{said}");
     }
+    assert!(worst > 1e-5, "the figure is not empty");
 }
 
 #[test]
 fn torques_at_45_percent_bind_and_hold_without_chatter() {
-    let robot = robot();
-    let model = model(&robot, Joints::Walking);
-    let mut settings = settings(&robot, &model);
-    // At this pace they come within a third of binding; the next test lowers them until they do.
-    settings.constraints.torque_fraction = 0.45;
-    let limits: Vec<f64> = model.joints().iter().map(|joint| 0.45 * joint.limits.effort).collect();
-    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
-    let mut used: f64 = 0.0;
-    let mut last: Option<nalgebra::DVector<f64>> = None;
-    let mut jump: f64 = 0.0;
-    walk(&Walk::straight(3), &mut body, PERIOD_S, |tick, _, _, report| {
-        assert_eq!(report.status, StepStatus::Solved, "tick {tick}");
-        for (tau, limit) in report.torques.iter().zip(&limits) {
-            used = used.max(tau.abs() / limit);
-            assert!(tau.abs() < limit + 1e-6, "tick {tick}");
-        }
-        if let Some(last) = &last {
-            jump = jump.max((&report.torques - last).amax());
-        }
-        last = Some(report.torques.clone());
-    });
-    assert!(used > 0.6, "{used}");
-    assert!(jump < 15.0, "torques jump by {jump} N m in a period");
+    // 80 mm lower than usual, bent knees: brisk steps ask the ankles' roll for 63 % of what its motor can do.
+    let plan = || Walk { com_offset_m: -0.08, ..Walk::plan(&brisk()) };
+    let free = watched(&plan(), &mut body(|_| {}), PERIOD_S);
+    assert!(free.torque_used > 0.6, "{}", free.figures());
+    let watch = watched(&plan(), &mut body(|s| s.constraints.torque_fraction = 0.45), PERIOD_S);
+    assert!(watch.torque_bound > 20, "{}", watch.figures());
+    assert!(watch.alternation() <= ALTERNATION_MAX, "{}", watch.figures());
+    assert!(watch.com_error_m < 1e-2, "{}", watch.figures());
 }
 
 #[test]
-fn torque_limits_that_bind_are_kept_and_reported() {
-    let robot = robot();
-    let model = model(&robot, Joints::Walking);
-    let mut settings = settings(&robot, &model);
+fn torques_at_25_percent_bind_and_hold_without_chatter() {
     // Unlimited, this walk uses up to 19 % at the knees and 32 % at the ankles' roll.
-    settings.constraints.torque_fraction = 0.25;
-    let limits: Vec<f64> = model.joints().iter().map(|joint| 0.25 * joint.limits.effort).collect();
-    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
-    let (mut active, mut solved, mut total) = (0, 0, 0);
-    let plan = Walk::straight(2);
-    let mut worst: f64 = 0.0;
-    walk(&plan, &mut body, PERIOD_S, |_, _, _, report| {
-        total += 1;
-        if report.status == StepStatus::Solved {
-            solved += 1;
-            for (tau, limit) in report.torques.iter().zip(&limits) {
-                worst = worst.max(tau.abs() - limit);
-            }
-        }
-        active += usize::from(report.active.iter().any(|active| matches!(active.id, ConstraintId::Torque(_))));
-    });
-    assert!(worst < 1e-6, "a torque limit is passed by {worst} N m");
-    assert!(active > 20, "limits bind in {active} of {total} steps");
-    assert!(solved * 10 > total * 9, "{solved} of {total} solved");
+    let watch = watched(&Walk::straight(2), &mut body(|s| s.constraints.torque_fraction = 0.25), PERIOD_S);
+    assert!(watch.torque_bound > 50, "{}", watch.figures());
+    assert!(watch.alternation() <= ALTERNATION_MAX, "{}", watch.figures());
+    assert!(watch.com_error_m < 1e-3, "{}", watch.figures());
 }
 
 #[test]
-fn knees_near_stretched_stop_before_their_limit_and_the_walk_goes_on() {
-    let robot = robot();
-    let model = model(&robot, Joints::Walking);
-    let settings = settings(&robot, &model);
-    let knees: Vec<usize> = ["L_KNEE_P", "R_KNEE_P"].map(|name| model.joint(name).expect("a knee").0).to_vec();
-    let lowest = model.joints()[knees[0]].limits.lower + settings.constraints.position_margin_rad;
-    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+fn knees_near_stretched_stop_before_their_limit_without_chatter_and_the_walk_goes_on() {
+    let mut body = body(|_| {});
+    let knees: Vec<usize> = ["L_KNEE_P", "R_KNEE_P"].map(|name| body.model().joint(name).expect("a knee").0).to_vec();
+    let lowest = body.model().joints()[knees[0]].limits.lower + body.settings().constraints.position_margin_rad;
     // From the usual height the centre of mass is asked to rise by 60 mm: further than the legs are long.
     let plan = Walk::straight(2);
-    let mut state = crate::support::start(body.model(), body.settings(), &plan.reference(0.0));
+    let mut state = start(body.model(), body.settings(), &plan.reference(0.0));
     let mut nearest = f64::INFINITY;
-    let mut speeds: Vec<f64> = Vec::new();
+    let mut watch = Watch::new(&body);
     for tick in 0..(plan.duration_s() / PERIOD_S) as usize {
         let t_s = tick as f64 * PERIOD_S;
         let mut reference = plan.reference(t_s);
         reference.com_position.z += 0.06 * (t_s / 1.5).min(1.0);
         let report = body.step(&state, &reference, PERIOD_S);
-        assert_ne!(report.status, StepStatus::Held, "tick {tick}: {:?}", report.contradiction);
-        for &knee in &knees {
-            let at = report.q_next.joints[knee];
-            assert!(at > lowest - 1e-6, "tick {tick}: {at} below {lowest}");
-            nearest = nearest.min(at - lowest);
-        }
-        speeds.push(report.v_next[6 + knees[0]]);
+        watch.look(tick, &reference, report);
+        nearest = knees.iter().fold(nearest, |nearest: f64, &knee| nearest.min(report.q_next.joints[knee] - lowest));
         (state.q, state.v) = (report.q_next.clone(), report.v_next.clone());
     }
-    assert!(nearest < 0.1, "the knee comes near its limit: {nearest} rad");
-    // Chatter would show as sign changes of the acceleration in every period.
-    let turns = speeds
-        .windows(3)
-        .filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0 && (w[1] - w[0]).abs().min((w[2] - w[1]).abs()) > 0.05)
-        .count();
-    assert!(turns < speeds.len() / 20, "{turns} reversals in {} steps", speeds.len());
+    assert!(nearest < 1e-4, "a knee reaches its limit: {nearest} rad");
+    assert!(watch.alternation() <= ALTERNATION_MAX, "{}", watch.figures());
 }
 
 #[test]
-fn half_of_the_speed_limits_hold_in_a_hurried_walk() {
-    let robot = robot();
-    let model = model(&robot, Joints::Walking);
-    let settings = settings(&robot, &model);
-    assert_eq!(settings.constraints.velocity_fraction, 0.5);
-    let limits: Vec<f64> = model.joints().iter().map(|joint| 0.5 * joint.limits.velocity).collect();
-    let mut gait =
-        GaitSettings { walk: gait::Walk::Straight { swings: 3, step_length_m: 0.12 }, ..GaitSettings::default() };
+fn half_of_the_speed_limits_hold_in_a_brisk_walk_without_chatter() {
+    let mut body = body(|s| assert_eq!(s.constraints.velocity_fraction, 0.5));
+    let watch = watched(&Walk::plan(&brisk()), &mut body, PERIOD_S);
+    assert!(watch.motion_bound > 50 && watch.speed_used > 0.999, "{}", watch.figures());
+    assert!(watch.alternation() <= ALTERNATION_MAX, "{}", watch.figures());
+}
+
+#[test]
+fn a_walk_too_hurried_for_half_of_the_speeds_still_keeps_every_limit() {
+    let mut gait = brisk();
+    gait.walk = gait::Walk::Straight { swings: 3, step_length_m: 0.12 };
     gait.timing.single_support_s = 0.32;
-    gait.timing.double_support_s = 0.2;
-    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
-    let mut bound = 0;
-    walk(&Walk::plan(&gait), &mut body, PERIOD_S, |tick, _, _, report| {
-        assert_ne!(report.status, StepStatus::Held, "tick {tick}: {:?}", report.contradiction);
-        for (i, limit) in limits.iter().enumerate() {
-            let widened: f64 = report
-                .relaxed
-                .iter()
-                .filter(|r| r.id == ConstraintId::JointMotion(i))
-                .map(|r| r.amount * PERIOD_S)
-                .sum();
-            assert!(report.v_next[6 + i].abs() < limit + widened + 1e-9, "tick {tick} joint {i}");
-        }
-        bound += usize::from(report.active.iter().any(|active| matches!(active.id, ConstraintId::JointMotion(_))));
-    });
-    assert!(bound > 0, "the walk is hurried enough for a speed limit to bind");
+    for fraction in [1.0, 0.45] {
+        let mut body = body(|s| s.constraints.torque_fraction = fraction);
+        let watch = watched(&Walk::plan(&gait), &mut body, PERIOD_S);
+        assert!(watch.motion_bound > 50 && watch.torque_bound > 0, "{}", watch.figures());
+        // Here up to ten limits bind at once, and take turns.
+        assert!(watch.alternation() <= 2 * ALTERNATION_MAX, "{}", watch.figures());
+    }
 }

@@ -1,61 +1,33 @@
 //! Closed loop on an ideal plant, which moves exactly as the step says.
 
+use crate::support::watch::Watch;
 use crate::support::{Joints, PERIOD_S, Walk, Yield, model, robot, settings, walk};
 use wholebody::{Backend, StepStatus, TaskId, WholeBody};
 
-/// Relative optimality residuals: rounding of terms up to 1e7.
-const RESIDUAL: f64 = 1e-11;
-/// Rounding of accelerations times a period.
-const ROUNDING: f64 = 1e-9;
 /// The pattern's own load transfer: `k` is a quintic over 0.4 s, its largest rate 1.875 / 0.4 s; M g = 383 N. The two feet's
-/// loads may change at most 1.6 times as fast as the pattern's, in any period.
+/// loads may change at most 1.6 times as fast as the pattern's, in any period; a corner's no faster than its foot's.
 const LOAD_SLOPE_N_PER_S: f64 = 1.6 * 383.0 * 1.875 / 0.4;
+/// M g times the pattern's largest sideways acceleration, 0.05 g, changes its sign and its foot within the same 0.4 s.
+const TANGENTIAL_SLOPE_N_PER_S: f64 = 2.0 * 0.05 * 383.0 * 1.875 / 0.4;
 
 #[test]
 fn hrp4_follows_a_planned_walk_with_every_constraint_met() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let settings = settings(&robot, &model);
-    let limits: Vec<_> = model.joints().iter().map(|joint| joint.limits).collect();
-    let (margin, velocity) = (settings.constraints.position_margin_rad, settings.constraints.velocity_fraction);
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
-    let plan = Walk::straight(6);
-    let mut com_error: f64 = 0.0;
-    let mut last_loads: Option<[f64; 2]> = None;
-    let mut steepest: f64 = 0.0;
-    walk(&plan, &mut body, PERIOD_S, |tick, _, reference, report| {
-        assert_eq!(report.status, StepStatus::Solved, "tick {tick}: {:?}", report.contradiction);
-        assert!(report.residuals.max() < RESIDUAL, "tick {tick}: {:?}", report.residuals);
-        com_error = com_error.max(report.body_error.fixed_rows::<3>(0).norm());
-        for (i, limit) in limits.iter().enumerate() {
-            let (q, v, tau) = (report.q_next.joints[i], report.v_next[6 + i], report.torques[i]);
-            assert!(
-                q > limit.lower + margin - ROUNDING && q < limit.upper - margin + ROUNDING,
-                "tick {tick} joint {i}"
-            );
-            assert!(v.abs() < velocity * limit.velocity + ROUNDING, "tick {tick} joint {i}");
-            assert!(tau.abs() < limit.effort + 1e-6, "tick {tick} joint {i}");
-        }
-        for (foot, target) in report.feet.iter().zip(&reference.feet) {
-            let force = foot.wrench.force;
-            assert!(force.z > -1e-9 && force.z < foot.load_max_n + 1e-6, "tick {tick}: {} N", force.z);
-            assert!(force.xy().norm() < 0.65 * force.z + 1e-9, "tick {tick}: inside Coulomb's cone");
-            assert!(target.in_contact || force.z == 0.0);
-        }
-        for error in report.contact_errors {
-            // The plant holds accelerations over a period: the soles' jerk leaves this much.
-            assert!(error.position_m < 1e-4 && error.orientation_rad < 1e-3, "tick {tick}: {error:?}");
-        }
-        let loads = report.feet.map(|foot| foot.wrench.force.z);
-        if let Some(last) = last_loads {
-            for (now, before) in loads.iter().zip(last) {
-                steepest = steepest.max((now - before).abs() / PERIOD_S);
-            }
-        }
-        last_loads = Some(loads);
-    });
-    assert!(com_error < 1e-3, "centre of mass off by {com_error} m");
-    assert!(steepest < LOAD_SLOPE_N_PER_S, "a foot's load changes by {steepest} N/s");
+    // At every tick: solved, residuals at rounding, positions, speeds, torques, loads, every corner's cone, distances.
+    let mut watch = Watch::new(&body);
+    walk(&Walk::straight(11), &mut body, PERIOD_S, |tick, _, reference, report| watch.look(tick, reference, report));
+    let said = watch.figures();
+    assert!(watch.com_error_m < 1e-3, "{said}");
+    // The plant holds accelerations over a period: the soles' jerk leaves this much.
+    assert!(watch.contact_error_m < 2e-5 && watch.contact_error_rad < 1e-5, "{said}");
+    assert!(watch.distance_min_m > 0.03 && watch.distance_min_m < 0.04, "{said}");
+    assert!(watch.load_slope_n_per_s < LOAD_SLOPE_N_PER_S, "{said}");
+    assert!(watch.corner_slope_n_per_s < LOAD_SLOPE_N_PER_S, "{said}");
+    assert!(watch.tangential_slope_n_per_s < TANGENTIAL_SLOPE_N_PER_S, "{said}");
+    assert_eq!(watch.alternation(), 0, "{said}");
 }
 
 #[test]

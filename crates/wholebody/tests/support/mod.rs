@@ -2,6 +2,8 @@
 #![allow(dead_code)] // every test binary uses its own part
 #![allow(non_snake_case)] // monogram notation
 
+pub mod watch;
+
 use gait::GaitSettings;
 use multibody::{Configuration, JointIndex, Model, ModelOptions};
 use nalgebra::{DVector, Vector2};
@@ -250,4 +252,74 @@ pub fn moved(reference: &WholeBodyReference, X_WV: &Transform) -> WholeBodyRefer
 pub fn moved_state(state: &RobotState, X_WV: &Transform) -> RobotState {
     let q = Configuration { base: *X_WV * state.q.base, joints: state.q.joints.clone() };
     RobotState { q, v: state.v.clone() }
+}
+
+/// Of a robot that is the same to its left and right: left and right joints exchanged, roll and yaw with the other sign.
+pub fn mirrored_joints(model: &Model, joints: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(joints.len(), |i, _| {
+        let name = &model.joints()[i].name;
+        let other = match name.split_at(2) {
+            ("L_", rest) => format!("R_{rest}"),
+            ("R_", rest) => format!("L_{rest}"),
+            _ => name.clone(),
+        };
+        let sign = if name.ends_with("_P") { 1.0 } else { -1.0 };
+        sign * joints[model.joint(&other).expect("robots are symmetric").0]
+    })
+}
+
+/// Seen in a mirror in the plane y = 0.
+fn flip(v: &Vec3) -> Vec3 {
+    Vec3::new(v.x, -v.y, v.z)
+}
+
+fn flip_rotation(R: &Mat3) -> Mat3 {
+    let S = Mat3::from_diagonal(&Vec3::new(1.0, -1.0, 1.0));
+    S * R * S
+}
+
+fn flip_pose(X: &Transform) -> Transform {
+    Transform::new(flip_rotation(&X.rotation), flip(&X.translation))
+}
+
+/// Angular velocities and moments are axial: they turn the other way.
+fn flip_twist(V: &Twist) -> Twist {
+    Twist { linear: flip(&V.linear), angular: -flip(&V.angular) }
+}
+
+/// A reference seen in a mirror: the other foot does what one foot did.
+pub fn mirrored(reference: &WholeBodyReference) -> WholeBodyReference {
+    WholeBodyReference {
+        com_position: flip(&reference.com_position),
+        com_velocity: flip(&reference.com_velocity),
+        com_acceleration: flip(&reference.com_acceleration),
+        torso_rotation: flip_rotation(&reference.torso_rotation),
+        torso_angular_velocity: -flip(&reference.torso_angular_velocity),
+        torso_angular_acceleration: -flip(&reference.torso_angular_acceleration),
+        feet: [1, 0].map(|i: usize| {
+            let foot = &reference.feet[i];
+            FootTarget {
+                in_contact: foot.in_contact,
+                load_share: foot.load_share,
+                ankle_pose: flip_pose(&foot.ankle_pose),
+                ankle_twist: flip_twist(&foot.ankle_twist),
+                ankle_acceleration: flip_twist(&foot.ankle_acceleration),
+                wrench: Wrench { force: flip(&foot.wrench.force), moment: -flip(&foot.wrench.moment) },
+                zmp: Vector2::new(foot.zmp.x, -foot.zmp.y),
+            }
+        }),
+    }
+}
+
+/// A state seen in a mirror.
+pub fn mirrored_state(model: &Model, state: &RobotState) -> RobotState {
+    let mut v = state.v.clone();
+    let base = model.base_dofs();
+    let part = |k: usize| Vec3::new(state.v[k], state.v[k + 1], state.v[k + 2]);
+    v.rows_mut(0, 3).copy_from(&flip(&part(0)));
+    v.rows_mut(3, 3).copy_from(&-flip(&part(3)));
+    let joints = DVector::from_column_slice(&state.v.as_slice()[base..]);
+    v.rows_mut(base, joints.len()).copy_from(&mirrored_joints(model, &joints));
+    let q = Configuration { base: flip_pose(&state.q.base), joints: mirrored_joints(model, &state.q.joints) };
+    RobotState { q, v }
 }
