@@ -58,11 +58,11 @@ pub(crate) struct Work {
 // unless said otherwise.
 
 /// Longest step of the position (m) and of the orientation (rad) in one iteration, in place of a line search. A tenth of a sole's
-/// thickness: longer steps make many points land or lift at once that should not. Half -3 %, double +5 %, four times +15 %, all of it where
-/// the load leaps from tick to tick (20,000 iterations there; 16,400, 24,000, 31,000). The turn hardly matters beside it: half and double 0.
+/// thickness: longer steps make many points land or lift at once that should not. Half 0, double +5 %, four times +13 %, most of it where
+/// the load leaps from tick to tick (15,800 iterations there; 12,300, 19,900, 25,500). The turn hardly matters beside it: half and double 0.
 const STEP_MAX_M: f64 = 0.0025;
 const STEP_MAX_RAD: f64 = 0.2;
-/// Length (m) that makes moments comparable to forces: half a foot. Half and double: less than 0.1 %.
+/// Length (m) that makes moments comparable to forces: half a foot. Half and double: less than 0.3 %.
 const MOMENT_ARM_M: f64 = 0.1;
 /// Rounding floors are this many units of the last place of the sole's coordinates: what the sums over some hundred points lose. Half
 /// and double: 1 %.
@@ -75,7 +75,7 @@ const SCREEN: f64 = 2.0;
 
 /// Simplified Newton: the factors of the last step are used again when, at the rate of that step, the iteration would end within
 /// this many more. New factors cost about as much as that many steps with old ones where every point slides, less elsewhere.
-/// Half -2 %, double +2 %.
+/// Half -3 %, double +3 %.
 const SAME_FACTORS: i32 = 4;
 
 /// A point whose state does not fit its force or gap.
