@@ -252,7 +252,8 @@ fn set(table: &mut toml::Table, assignment: &str) -> anyhow::Result<()> {
 
 fn solution(plan: Plan, check: &CheckReport, rate_hz: f64, times_us: Times) -> Solution {
     let Plan { pattern, landings, report } = plan;
-    let count = (pattern.duration_s() * rate_hz).ceil() as u64;
+    // The duration is a sum: its rounding must not add a sample that repeats the end.
+    let count = (pattern.duration_s() * rate_hz * (1.0 - 1e-12)).ceil() as u64;
     let samples = (0..=count).map(|i| sample(&pattern, &pattern.evaluate(i as f64 / rate_hz))).collect();
     Solution {
         omega_per_s: pattern.omega(),
