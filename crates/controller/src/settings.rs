@@ -84,8 +84,37 @@ pub struct Tasks {
     pub leg_posture: TaskGains,
     /// Weight of the planned foot wrenches.
     pub wrench_weight: f64,
+    /// Length that makes moments comparable with forces (m).
+    pub wrench_lever_m: f64,
     /// Damping of the contact intensities.
     pub intensity_damping: f64,
+    /// Angular momentum about the centre of mass towards zero; weight 0 = off.
+    pub angular_momentum: MomentumGains,
+    /// Least joint torques; 0 = off.
+    pub torque_weight: f64,
+}
+
+/// Weight of the angular momentum and how fast it shall vanish.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MomentumGains {
+    /// Weight in the cost; 0 = off.
+    pub weight: f64,
+    /// Rate at which it decays (1/s).
+    pub rate_per_s: f64,
+}
+
+impl Default for MomentumGains {
+    fn default() -> Self {
+        Self { weight: 0.0, rate_per_s: 10.0 }
+    }
+}
+
+impl MomentumGains {
+    /// None when off. What is no weight is passed on, to be refused by name.
+    fn gains(self) -> Option<Gains> {
+        (self.weight != 0.0).then_some(Gains { weight: self.weight, stiffness: self.rate_per_s })
+    }
 }
 
 impl Default for Tasks {
@@ -100,7 +129,10 @@ impl Default for Tasks {
             posture: d.posture.into(),
             leg_posture: d.leg_posture.into(),
             wrench_weight: d.wrench_weight,
+            wrench_lever_m: d.wrench_lever_m,
             intensity_damping: d.intensity_damping,
+            angular_momentum: MomentumGains::default(),
+            torque_weight: 0.0,
         }
     }
 }
@@ -117,6 +149,12 @@ pub struct Constraints {
     pub load_margin: f64,
     /// Deceleration that joints can count on near a limit (rad/s^2).
     pub braking_rad_per_s2: f64,
+    /// Largest acceleration of a joint (rad/s^2).
+    pub acceleration_max_rad_per_s2: f64,
+    /// Stiffness with which stance ankles follow the estimator's position (1/s^2).
+    pub contact_position_stiffness_per_s2: f64,
+    /// The same for their orientation (1/s^2).
+    pub contact_orientation_stiffness_per_s2: f64,
 }
 
 impl Default for Constraints {
@@ -127,6 +165,9 @@ impl Default for Constraints {
             generators_per_point: d.generators_per_point,
             load_margin: d.load_margin,
             braking_rad_per_s2: d.braking_rad_per_s2,
+            acceleration_max_rad_per_s2: d.acceleration_max_rad_per_s2,
+            contact_position_stiffness_per_s2: d.contact_position_stiffness,
+            contact_orientation_stiffness_per_s2: d.contact_orientation_stiffness,
         }
     }
 }
@@ -367,18 +408,22 @@ impl ControllerSettings {
                 posture: tasks.posture.into(),
                 leg_posture: tasks.leg_posture.into(),
                 wrench_weight: tasks.wrench_weight,
+                wrench_lever_m: tasks.wrench_lever_m,
                 intensity_damping: tasks.intensity_damping,
-                ..TaskSettings::default()
+                angular_momentum: tasks.angular_momentum.gains(),
+                torque_weight: (tasks.torque_weight != 0.0).then_some(tasks.torque_weight),
             },
             constraints: ConstraintSettings {
                 friction: self.constraints.friction,
                 generators_per_point: self.constraints.generators_per_point,
                 load_margin: self.constraints.load_margin,
                 braking_rad_per_s2: self.constraints.braking_rad_per_s2,
+                acceleration_max_rad_per_s2: self.constraints.acceleration_max_rad_per_s2,
+                contact_position_stiffness: self.constraints.contact_position_stiffness_per_s2,
+                contact_orientation_stiffness: self.constraints.contact_orientation_stiffness_per_s2,
                 torque_fraction: limits.torque_factor,
                 velocity_fraction: limits.velocity_factor,
                 position_margin_rad: limits.position_margin_deg.to_radians(),
-                ..ConstraintSettings::default()
             },
             collision: self.collision(robot),
             relaxation: self.relaxation.whole_body(),
@@ -425,6 +470,35 @@ mod tests {
     use super::*;
     use robot::Friction;
     use std::path::Path;
+
+    fn shipped(changes: &[scenario::Setting]) -> ControllerSettings {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        scenario::load(&root.join("config/controller.toml"), changes).expect("it ships")
+    }
+
+    #[test]
+    fn the_shipped_file_shows_the_defaults() {
+        let shipped = shipped(&[]);
+        let bare: ControllerSettings = toml::from_str("robot = 'x'").expect("the rest has defaults");
+        assert_eq!(ControllerSettings { robot: bare.robot.clone(), ..shipped }, bare);
+    }
+
+    #[test]
+    fn optional_tasks_are_off_until_they_have_a_weight() {
+        let whole_body = |settings: &ControllerSettings| {
+            let robot = Robot::load(&settings.robot).expect("it ships");
+            let (model, _) = robot_model::walking_model(&robot).expect("it ships");
+            settings.whole_body(&robot, &model).expect("it fits").tasks
+        };
+        let mut settings = shipped(&[]);
+        let off = whole_body(&settings);
+        assert_eq!((off.angular_momentum, off.torque_weight), (None, None));
+        settings.tasks.angular_momentum.weight = 2.0;
+        settings.tasks.torque_weight = 1e-3;
+        let on = whole_body(&settings);
+        assert_eq!(on.angular_momentum, Some(Gains { weight: 2.0, stiffness: 10.0 }));
+        assert_eq!(on.torque_weight, Some(1e-3));
+    }
 
     #[test]
     fn forces_that_the_sole_cannot_carry_are_not_planned() {

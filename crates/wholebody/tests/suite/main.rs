@@ -12,4 +12,5 @@ mod limits;
 mod observer;
 mod settings;
 mod start;
+mod tasks;
 mod walking;
