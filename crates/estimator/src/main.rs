@@ -37,6 +37,9 @@ impl Program for Estimate {
         let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
         let mut deformations = shell.publisher(topic::SOLE_DEFORMATION)?;
         let mut contacts = shell.publisher(topic::SOLE_CONTACT)?;
+        if shell.real_time() {
+            self.process.bound_work();
+        }
         let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
         self.process
             .take_pattern(&pattern.header, &pattern.phases)

@@ -40,15 +40,19 @@ pub struct SolverSettings {
     pub iterations_max: usize,
     /// Newton iterations in all when the direct attempt fails and the load is followed step by step; 0: never.
     pub continuation_iterations_max: usize,
+    /// Millions of multiplications per foot and tick in real time, where nothing is followed step by step: a tick that needs more is
+    /// held, and the next one tries again. Not a time, so that a restarted estimator agrees to the bit here as well.
+    pub real_time_megamultiplications_max: f64,
 }
 
 impl Default for SolverSettings {
     fn default() -> Self {
-        // Far above what a walk needs (8 and 0), and within some tens of milliseconds in the worst case.
+        // Far above what a walk needs (8 and 0). In lock-step a tick may take its time; for what the last bounds see `sole`'s table of times.
         Self {
             tolerance: sole::EstimatorSettings::default().tolerance,
             iterations_max: 30,
             continuation_iterations_max: 400,
+            real_time_megamultiplications_max: 8.0,
         }
     }
 }
@@ -89,6 +93,10 @@ impl EstimatorSettings {
         }
         if self.solver.iterations_max == 0 {
             return refuse("solver.iterations_max", 0.0, "at least 1");
+        }
+        let work = self.solver.real_time_megamultiplications_max;
+        if !(work > 0.0 && work < 1e6) {
+            return refuse("solver.real_time_megamultiplications_max", work, "more than 0 and less than 1e6");
         }
         Ok(())
     }

@@ -41,6 +41,7 @@ pub struct EstimatorProcess {
     robot_fingerprint: u64,
     touch_down_force_n: f64,
     soles: [Option<StanceEstimator>; 2],
+    real_time_multiplications_max: u64,
     own_soles: OwnSoles,
     estimator: Option<(u64, Estimator)>,
     start: Option<WalkStart>,
@@ -77,7 +78,23 @@ impl EstimatorProcess {
             file: robot.sole_file.clone(),
         };
         let (robot_fingerprint, touch_down_force_n) = (robot.fingerprint, settings.touch_down_force_n);
-        Ok(Self { robot_fingerprint, touch_down_force_n, soles, own_soles, estimator: None, start: None })
+        let real_time_multiplications_max = (1e6 * settings.solver.real_time_megamultiplications_max) as u64;
+        Ok(Self {
+            robot_fingerprint,
+            touch_down_force_n,
+            soles,
+            real_time_multiplications_max,
+            own_soles,
+            estimator: None,
+            start: None,
+        })
+    }
+
+    /// From the next pattern on no tick does more work than real time has room for, and none allocates.
+    pub fn bound_work(&mut self) {
+        for sole in self.soles.iter_mut().flatten() {
+            sole.bound_work(self.real_time_multiplications_max);
+        }
     }
 
     /// The robot it was built for: messages of another one must not be used.

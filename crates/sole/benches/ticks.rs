@@ -6,10 +6,10 @@
 mod walking_stance;
 
 use friction::{ContactProblem, Settings, Workspace, gauss_seidel, newton};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 use sole::{
     ContactSet, EstimatorSettings, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, Plane,
-    PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator,
+    PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator, StanceReference,
 };
 use spatial::{Transform, Vec3, so3};
 use std::sync::Arc;
@@ -193,6 +193,46 @@ fn double_support_table() {
     line("  1512 tets each, 1e-6", &mut times, "");
 }
 
+/// Loads that leap from each other as no walk's do, and first ticks that fold: the work of a tick is bounded or not.
+fn leaps_table() {
+    println!("estimator, one foot, leaps of the load (us per tick)    median      p99      max   not solved");
+    let model = sole([12, 7, 3], 0.021, Level::Fem);
+    for (name, bound) in [
+        ("  1512 tets, 2 million multiplications", Some(2_000_000)),
+        ("  1512 tets, 4 million multiplications", Some(4_000_000)),
+        ("  1512 tets, 8 million multiplications", Some(8_000_000)),
+        ("  1512 tets, unbounded, as in lock-step", None),
+    ] {
+        let settings = EstimatorSettings { iterations_max: 30, continuation_iterations_max: 400, ..Default::default() };
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), settings);
+        if let Some(multiplications) = bound {
+            estimator.bound_work(multiplications);
+        }
+        let (mut times, mut failed) = (Vec::new(), 0);
+        let folds = (0..40).map(|k| {
+            let zmp = Vector2::new(0.108 + 1e-4 * f64::from(k), 0.0);
+            (true, StanceReference::constant(Vec3::z() * 383.0, zmp))
+        });
+        let leaps = walking_stance::scattered_loads(0.65).into_iter().enumerate().map(|(k, load)| (k == 0, load));
+        // A walking stance within the same bound.
+        estimator.touch_down(Foothold::default());
+        let walks = |tick| estimator.step(&walking_stance::reference(tick, false)).status.is_solved();
+        let walked = (0..walking_stance::TICKS).map(walks).filter(|solved| *solved).count();
+        for (lands, load) in leaps.chain(folds) {
+            if lands {
+                estimator.touch_down(Foothold::default());
+            }
+            let start = thread_time_s();
+            let report = estimator.step(&load);
+            times.push(thread_time_s() - start);
+            failed += usize::from(!report.status.is_solved());
+        }
+        let note =
+            format!("{failed} of {}; {walked} of {} ticks of walking solved", times.len(), walking_stance::TICKS);
+        line(name, &mut times, &note);
+    }
+}
+
 /// The paper's scheme on the same stance, once: it is slow.
 fn nested_table() {
     println!(
@@ -250,6 +290,7 @@ fn main() {
     friction_table();
     stance_table();
     double_support_table();
+    leaps_table();
     nested_table();
     plant_table();
 }

@@ -34,6 +34,8 @@ pub(crate) struct ContactStiffness {
     columns: usize,
     /// ld x 3 scratch each
     gain: Vec<f64>,
+    /// Multiplications that landing and lifting have cost.
+    pub(crate) multiplications: u64,
     scaled: Vec<f64>,
     column: Vec<f64>,
 }
@@ -52,6 +54,7 @@ impl ContactStiffness {
             k: vec![0.0; ld * ld],
             y: vec![0.0; ld * COLUMNS_MAX],
             columns: 0,
+            multiplications: 0,
             gain: vec![0.0; 3 * ld],
             scaled: vec![0.0; 3 * ld],
             column: vec![0.0; 3 * ld],
@@ -144,6 +147,8 @@ impl ContactStiffness {
     pub(crate) fn land(&mut self, model: &SoleModel, point: usize, z: &Rows) {
         debug_assert!(self.slots[point] == ABSENT);
         let (ld, m) = (self.ld, 3 * self.points.len());
+        // The gain and the update of rank three.
+        self.multiplications += 6 * (m * m) as u64;
         let compliance = model.compliance().as_slice();
         for axis in 0..3 {
             let source = &compliance[(3 * point + axis) * ld..(3 * point + axis + 1) * ld];
@@ -202,6 +207,7 @@ impl ContactStiffness {
         let slot = self.slots[point];
         debug_assert!(slot != ABSENT);
         let (ld, m, a) = (self.ld, 3 * self.points.len(), 3 * slot);
+        self.multiplications += 3 * (m * m) as u64;
         let inverse = symmetric_inverse(&self.block(slot, slot));
         for axis in 0..3 {
             let from = (a + axis) * ld;

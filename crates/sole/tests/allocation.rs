@@ -3,8 +3,10 @@
 #[path = "suite/walking_stance.rs"]
 mod walking_stance;
 
+use nalgebra::Vector2;
 use sole::{
-    EstimatorSettings, Foothold, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings, StanceEstimator,
+    EstimatorSettings, Foothold, Plane, PoseDrivenContact, PoseDrivenSettings, SoleModel, SoleSettings,
+    StanceEstimator, StanceReference, Status,
 };
 use spatial::{Transform, Vec3, so3};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -62,6 +64,32 @@ fn a_stance_of_the_estimator_does_not_allocate() {
         });
         assert_eq!(count, 0);
     }
+}
+
+#[test]
+fn with_its_work_bounded_the_estimator_does_not_allocate_where_it_fails_either() {
+    let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sole"));
+    let settings = EstimatorSettings { continuation_iterations_max: 0, ..EstimatorSettings::default() };
+    let mut estimator = StanceEstimator::new(model, settings);
+    let load = |newtons: f64, x_m: f64| StanceReference::constant(Vec3::z() * newtons, Vector2::new(x_m, 0.0));
+    let (centred, beyond_the_fold, outside) = (load(380.0, 0.0), load(380.0, 0.113), load(380.0, 0.2));
+    let mut broken = centred;
+    broken.force.x = f64::NAN;
+    let mut seen = [Status::InAir; 5];
+    let count = allocations(|| {
+        estimator.touch_down(Foothold::default());
+        let ticks = [&beyond_the_fold, &centred, &beyond_the_fold, &outside, &broken];
+        for (seen, reference) in seen.iter_mut().zip(ticks) {
+            let report = estimator.step(reference);
+            assert!(!report.slow && report.iterations <= 2 * settings.iterations_max);
+            *seen = report.status;
+        }
+    });
+    assert_eq!(count, 0);
+    let [fold, solved, leap, outside, broken] = seen;
+    assert_eq!((fold, solved, broken), (Status::NotConverged, Status::Converged, Status::InvalidInput));
+    assert_eq!(leap, Status::NotConverged, "by far more than Newton follows in one go");
+    assert!(matches!(outside, Status::ZmpOutsideSole { .. }));
 }
 
 #[test]

@@ -42,6 +42,8 @@ pub(crate) enum End {
 pub(crate) struct Limits {
     pub tolerance: f64,
     pub iterations: usize,
+    /// Of the tick so far; no further iteration is begun beyond it.
+    pub multiplications: u64,
 }
 
 /// Reported beside the pose.
@@ -51,6 +53,8 @@ pub(crate) struct Work {
     pub landings: usize,
     pub lift_offs: usize,
     pub residual: f64,
+    /// Of the linear systems; those of points that land and lift are counted where they are done.
+    pub multiplications: u64,
 }
 
 // What each constant is worth was measured with `examples/hard_cases.rs`: 2123 ticks, 61,572 iterations, 101 ticks unsolved because they
@@ -93,9 +97,11 @@ struct Saved {
     slips: Vec<Vector2<f64>>,
 }
 
-/// Opaque copy of a state.
-#[derive(Debug, Clone)]
-pub(crate) struct Snapshot(Saved);
+impl Saved {
+    fn new(n: usize) -> Self {
+        Self { pose: Transform::identity(), states: vec![NodeState::Free; n], slips: vec![Vector2::zeros(); n] }
+    }
+}
 
 /// Model, history and workspace of one stance.
 #[derive(Debug, Clone)]
@@ -143,6 +149,7 @@ pub(crate) struct Equilibrium {
     /// force and moment about O less those wanted, world axes
     misfit: Vec6,
     saved: Saved,
+    reached: Saved,
     /// What rounding leaves of a force (N).
     pub(crate) floor_n: f64,
     floor_m: f64,
@@ -215,11 +222,8 @@ impl Equilibrium {
             tangent: Mat6::zeros(),
             right_hand: Vec6::zeros(),
             misfit: Vec6::zeros(),
-            saved: Saved {
-                pose: Transform::identity(),
-                states: vec![NodeState::Free; n],
-                slips: vec![Vector2::zeros(); n],
-            },
+            saved: Saved::new(n),
+            reached: Saved::new(n),
             floor_n: floor_m / smallest,
             floor_m,
             rho: rho.collect(),
@@ -353,6 +357,17 @@ impl Equilibrium {
         }
     }
 
+    /// Nothing has been done yet.
+    pub(crate) fn reset_work(&mut self) {
+        self.work = Work::default();
+        self.stiffness.multiplications = 0;
+    }
+
+    /// Multiplications since.
+    fn multiplications(&self) -> u64 {
+        self.work.multiplications + self.stiffness.multiplications
+    }
+
     /// Remembers the present state.
     pub(crate) fn save(&mut self) {
         self.saved.pose = self.pose;
@@ -378,16 +393,18 @@ impl Equilibrium {
         }
     }
 
-    /// A copy of the state alone, for the continuation (allocates: only on the slow path).
-    pub(crate) fn clone_state(&self) -> Snapshot {
-        Snapshot(Saved { pose: self.pose, states: self.states.clone(), slips: self.slips.clone() })
+    /// Remembers the state that the continuation has reached.
+    pub(crate) fn save_reached(&mut self) {
+        std::mem::swap(&mut self.saved, &mut self.reached);
+        self.save();
+        std::mem::swap(&mut self.saved, &mut self.reached);
     }
 
-    /// Returns to such a copy.
-    pub(crate) fn return_to(&mut self, snapshot: &Snapshot) {
-        let own = std::mem::replace(&mut self.saved, snapshot.0.clone());
+    /// Returns to it.
+    pub(crate) fn return_to_reached(&mut self) {
+        std::mem::swap(&mut self.saved, &mut self.reached);
         self.restore();
-        self.saved = own;
+        std::mem::swap(&mut self.saved, &mut self.reached);
     }
 
     /// Angle (rad) to an earlier orientation.

@@ -20,6 +20,9 @@ impl Equilibrium {
             let residual = self.residual(target);
             self.work.residual = residual;
             let converged = settled && residual <= tolerance;
+            if !converged && self.multiplications() > limits.multiplications {
+                break;
+            }
             let near = |before: f64| residual * (residual / before).powi(SAME_FACTORS) <= tolerance;
             if !converged && before.is_some_and(near) {
                 self.reduce_with_old_factors();

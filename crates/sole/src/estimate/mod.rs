@@ -7,7 +7,7 @@ pub use report::{StanceReport, Status};
 pub use stance::{EstimatorSettings, EulerOrder, Foothold, NodeState, StanceReference};
 
 use crate::SoleModel;
-use crate::equilibrium::{End, Equilibrium, Limits, Target, Work};
+use crate::equilibrium::{End, Equilibrium, Limits, Target};
 use nalgebra::Vector2;
 use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
 use std::sync::Arc;
@@ -79,6 +79,14 @@ impl StanceEstimator {
         }
     }
 
+    /// From now on no iteration is begun once a tick has cost this many multiplications, and the slow ways are not tried: the time of a
+    /// tick is bounded, and no tick allocates. What is not found within is [`Status::NotConverged`], and the next tick tries again.
+    /// Multiplications, not seconds, so that every answer stays a function of the references alone.
+    pub fn bound_work(&mut self, multiplications_max: u64) {
+        self.settings.multiplications_max = multiplications_max;
+        self.settings.continuation_iterations_max = 0;
+    }
+
     /// The sole.
     #[must_use]
     pub fn model(&self) -> &SoleModel {
@@ -136,6 +144,7 @@ impl StanceEstimator {
     /// One tick.
     pub fn step(&mut self, reference: &StanceReference) -> &StanceReport {
         self.report.iterations = 0;
+        self.report.slow = false;
         let status = self.check(reference).unwrap_or_else(|| self.solve(reference));
         if !status.is_solved() {
             self.report.age_ticks += 1;
@@ -191,10 +200,14 @@ impl StanceEstimator {
             force: [reference.force, reference.force_rate, reference.force_acceleration],
             zmp: [zmp - self.foothold, zmp_rate, zmp_acceleration],
         };
-        self.equilibrium.work = Work::default();
+        self.equilibrium.reset_work();
         self.equilibrium.save();
         let start = self.equilibrium.pose.rotation;
-        let limits = Limits { tolerance: self.settings.tolerance, iterations: self.settings.iterations_max };
+        let limits = Limits {
+            tolerance: self.settings.tolerance,
+            iterations: self.settings.iterations_max,
+            multiplications: self.settings.multiplications_max,
+        };
         let mut failure = None;
         let predicted = self.equilibrium.predict(self.settings.period_s);
         let mut end = self.equilibrium.newton(&target, &limits, predicted == Some(true));
@@ -204,6 +217,7 @@ impl StanceEstimator {
         }
         // Where friction couples many points, all their states at once can run in circles: then the pose alone, contact exact at each.
         if end != End::Converged && self.settings.continuation_iterations_max > 0 {
+            self.report.slow = true;
             self.equilibrium.restore();
             end = self.equilibrium.newton_on_pose(&target, &limits);
         }
@@ -239,6 +253,7 @@ impl StanceEstimator {
         if budget == 0 {
             return Some(Status::NotConverged);
         }
+        self.report.slow = true;
         self.equilibrium.restore();
         let mut from = self.last;
         if self.equilibrium.is_first() {
@@ -248,10 +263,11 @@ impl StanceEstimator {
         let limits = Limits {
             tolerance: self.settings.tolerance,
             iterations: self.settings.iterations_max.min(CONTINUATION_ITERATIONS),
+            multiplications: self.settings.multiplications_max,
         };
         let spent = self.equilibrium.work.iterations;
         let (mut reached, mut step) = (0.0, CONTINUATION_FIRST);
-        let mut good = self.equilibrium.clone_state();
+        self.equilibrium.save_reached();
         while reached < 1.0 {
             if self.equilibrium.work.iterations > spent + budget {
                 return Some(Status::NotConverged);
@@ -262,9 +278,9 @@ impl StanceEstimator {
             if end == End::Converged && self.equilibrium.turned_since(&before) <= LEAP_RAD {
                 reached = next;
                 step *= 1.5;
-                good = self.equilibrium.clone_state();
+                self.equilibrium.save_reached();
             } else {
-                self.equilibrium.return_to(&good);
+                self.equilibrium.return_to_reached();
                 step *= 0.5;
                 if step < CONTINUATION_LAST {
                     let reached_zmp_m = from.between(target, reached).zmp[0] + self.foothold;
@@ -396,7 +412,7 @@ mod tests {
         estimator.equilibrium.save();
         estimator.equilibrium.pose.rotation = so3::exp(&Vec3::new(0.0, turned_rad, 0.0)) * solved;
         let target = estimator.last;
-        let failure = estimator.finish(&target, &Limits { tolerance: 1e-9, iterations: 60 });
+        let failure = estimator.finish(&target, &Limits { tolerance: 1e-9, iterations: 60, multiplications: u64::MAX });
         (failure, estimator.equilibrium.turned_since(&solved))
     }
 

@@ -115,6 +115,9 @@ pub struct StanceReport {
     pub law_violation_n: f64,
     /// Newton iterations, all attempts together.
     pub iterations: usize,
+    /// Newton from the last tick had not found the answer. It, or that there is none, was found by ways that may take many
+    /// periods, and that allocate.
+    pub slow: bool,
     /// Points off, sticking, sliding.
     pub free: usize,
     /// See `free`.
@@ -153,6 +156,7 @@ impl StanceReport {
             residual: 0.0,
             law_violation_n: 0.0,
             iterations: 0,
+            slow: false,
             free: points,
             sticking: 0,
             sliding: 0,

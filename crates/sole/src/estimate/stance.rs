@@ -76,9 +76,11 @@ pub struct EstimatorSettings {
     pub period_s: f64,
     /// Newton iterations per attempt.
     pub iterations_max: usize,
-    /// Newton iterations in all when the direct attempt fails and the load is followed step by step. 0: neither that nor Newton on the
-    /// pose alone is tried.
+    /// Newton iterations in all when the direct attempt fails and the load is followed step by step, after a search on the pose alone.
+    /// Those ways may take tens of milliseconds, and they allocate. 0: never, and the time of a tick is bounded.
     pub continuation_iterations_max: usize,
+    /// Multiplications of a tick after which no further iteration is begun; see [`StanceEstimator::bound_work`](super::StanceEstimator::bound_work).
+    pub multiplications_max: u64,
     /// `|F_t| > friction_use_max * mu F_n` is refused. Near 1 the sliding distance diverges (31 mm at 0.9999).
     pub friction_use_max: f64,
     /// Tilt beyond which linear elasticity is doubtful (rad); reported, not refused.
@@ -97,6 +99,7 @@ impl Default for EstimatorSettings {
             period_s: 0.005,
             iterations_max: 60,
             continuation_iterations_max: 800,
+            multiplications_max: u64::MAX,
             friction_use_max: 0.99,
             tilt_doubtful_rad: 5.0_f64.to_radians(),
             compression_doubtful: 0.1,
