@@ -64,3 +64,16 @@ fn a_killed_launcher_takes_its_processes_along_and_nothing_is_left() {
     run.assert_nothing_left();
     Recording::open(&run.recording()).expect("the recorder was asked to stop and finished");
 }
+
+#[test]
+fn a_robot_that_does_not_settle_ends_with_what_was_in_the_way() {
+    let _alone = alone();
+    let run = Launch::short_walk().set("simulator.plant.sensors.foot_force_bias_n=[[0, 0, 60], [0, 0, 0]]").finish();
+    assert_eq!(run.code(), 6, "{}", run.stderr);
+    for said in ["the controller ended with code 6", "did not settle", "settle.load_share_error_max allows 2.500e-2"] {
+        assert!(run.stderr.contains(said), "no `{said}` in\n{}", run.stderr);
+    }
+    assert!(run.stdout.contains("walked                 0.00 of"), "{}", run.stdout);
+    run.assert_nothing_left();
+    Recording::open(&run.recording()).expect("finished");
+}

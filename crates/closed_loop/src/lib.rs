@@ -110,7 +110,7 @@ fn answer(
     state: &RobotState,
 ) -> anyhow::Result<(EstimatorOutput, RobotCommand, Option<WalkStart>)> {
     let estimate = estimator.step(state).context("the estimator has no pattern")?;
-    let output = controller.step(state, Some(&estimate.deformation)).context("start configuration")?;
+    let output = controller.step(state, Some(&estimate.deformation)).context("controller")?;
     let output = output.context("the controller has no pattern")?;
     Ok((estimate, output.command, output.start))
 }

@@ -18,6 +18,7 @@
 //! | no usable solution | joints are brought to rest, the last torques kept; after 10 in a row the posture is held for good |
 //! | no deformation for this tick | the last one, up to 2 ticks old; then the posture is held |
 //! | the start configuration does not exist | safety stop with the joints that are at their limits |
+//! | the robot does not come to stand still | safety stop with the criterion that is not met, its value and its limit |
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod convert;
@@ -27,5 +28,5 @@ mod settle;
 mod step;
 
 pub use settings::{ControllerError, ControllerSettings};
-pub use settle::{SettleDetector, SettleSettings};
-pub use step::{ControllerOutput, ControllerProcess, Summary};
+pub use settle::{Criterion, NotSettled, SettleDetector, SettleSettings, Stance, Unmet};
+pub use step::{CannotWalk, ControllerOutput, ControllerProcess, Summary};

@@ -41,7 +41,7 @@ impl Program for Control {
             };
             shell.cycle_starts();
             let output = self.0.step(&state, deformation.as_ref());
-            if let Some(output) = output.map_err(|error| Failure::safety(Reason::Infeasible, error))? {
+            if let Some(output) = output.map_err(|error| Failure::safety(error.reason(), error))? {
                 // Before the command: whoever has the command of this tick then also has the start decided at it.
                 if let Some(start) = &output.start {
                     starts.publish(start)?;

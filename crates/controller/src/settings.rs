@@ -371,9 +371,23 @@ pub enum ControllerError {
         /// The description of the sole.
         file: PathBuf,
     },
+    /// A setting is outside of what has a meaning.
+    #[error("`{key}` is {found}, must be {expected}")]
+    Setting {
+        /// Key in the controller's configuration.
+        key: &'static str,
+        /// What it says.
+        found: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
     /// A setting does not fit the model.
     #[error(transparent)]
     WholeBody(#[from] wholebody::WholeBodyError),
+}
+
+pub(crate) fn wrong(key: &'static str, found: f64, expected: &'static str) -> ControllerError {
+    ControllerError::Setting { key, found, expected }
 }
 
 impl ControllerSettings {

@@ -1,28 +1,53 @@
 //! The process: messages in, messages out.
 
-use messages::code::{Mode, Outcome};
+use messages::code::{Mode, Outcome, Reason};
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
 };
-use multibody::{FrameIndex, Workspace, forward_kinematics, forward_kinematics_velocity};
+use multibody::{Configuration, FrameIndex, Workspace, forward_kinematics};
 use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
-use spatial::Vec3;
+use spatial::{Vec3, so3};
 use wholebody::{
     ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
 };
 
 use crate::convert::{plan, reference, vertical_forces};
 use crate::settings::{ControllerError, ControllerSettings};
-use crate::settle::{SettleDetector, Stillness};
+use crate::settle::{NotSettled, SettleDetector, Stance};
 
 /// A deformation older than this is not used (ticks).
 const DEFORMATION_AGE_MAX_TICKS: i64 = 2;
 /// Steps without a usable solution in a row after which the posture is held for good.
 const HELD_IN_A_ROW_MAX: u32 = 10;
+
+/// By how much the length of a unit quaternion may be off: drivers send rounded ones, and broken ones send zeros.
+const QUATERNION_LENGTH_ERROR_MAX: f64 = 1e-3;
+
+/// The walk cannot be walked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CannotWalk {
+    /// There is no configuration in which it begins.
+    #[error("start configuration: {0}")]
+    StartConfiguration(#[from] ConfigurationError),
+    /// The robot does not stand still.
+    #[error(transparent)]
+    NotSettled(#[from] NotSettled),
+}
+
+impl CannotWalk {
+    /// What health says.
+    #[must_use]
+    pub fn reason(&self) -> Reason {
+        match self {
+            Self::StartConfiguration(_) => Reason::Infeasible,
+            Self::NotSettled(_) => Reason::NotSettled,
+        }
+    }
+}
 
 /// What one tick says.
 #[derive(Debug, Clone)]
@@ -62,6 +87,7 @@ pub struct ControllerProcess {
     workspace: Workspace,
     ankles: [FrameIndex; 2],
     torso: FrameIndex,
+    imu: FrameIndex,
     half_sitting: DVector<f64>,
     limit_margin_rad: f64,
     own_soles: OwnSoles,
@@ -69,7 +95,7 @@ pub struct ControllerProcess {
     start: Option<WalkStart>,
     settle: SettleDetector,
     state: Option<RobotState>,
-    measured: RobotState,
+    measured: Configuration,
     deformation: Option<SoleDeformation>,
     last_command: Option<RobotCommand>,
     held_in_a_row: u32,
@@ -83,6 +109,7 @@ impl ControllerProcess {
     /// [`ControllerError`] names file, field and value.
     pub fn new(settings: &ControllerSettings) -> Result<Self, ControllerError> {
         let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
+        settings.settle.check(CONTROL_PERIOD_S)?;
         let (model, joints) = walking_model(&robot)?;
         let whole_body_settings = settings.whole_body(&robot, &model)?;
         if joints.interface_count() > MAX_JOINTS {
@@ -93,15 +120,17 @@ impl ControllerProcess {
         let feet = &robot.description.feet;
         let ankles = [frame(&feet[0].ankle_frame)?, frame(&feet[1].ankle_frame)?];
         let torso = frame(&robot.description.torso_link)?;
+        let imu = frame(&robot.description.imu_frame)?;
         let mut half_sitting = DVector::zeros(model.joint_count());
         joints.from_interface(joints.resting_rad(), half_sitting.as_mut_slice());
-        let measured = RobotState { q: model.neutral(), v: DVector::zeros(model.nv()) };
+        let measured = model.neutral();
         Ok(Self {
             robot_fingerprint: robot.fingerprint,
             joints,
             workspace: Workspace::new(&model),
             ankles,
             torso,
+            imu,
             half_sitting,
             limit_margin_rad: whole_body_settings.constraints.position_margin_rad,
             whole_body: WholeBody::new(model, whole_body_settings)?,
@@ -111,7 +140,7 @@ impl ControllerProcess {
             },
             pattern: None,
             start: None,
-            settle: SettleDetector::new(settings.settle),
+            settle: SettleDetector::new(settings.settle, CONTROL_PERIOD_S),
             state: None,
             measured,
             deformation: None,
@@ -161,12 +190,12 @@ impl ControllerProcess {
     /// One tick; `None` before there are a pattern and a deformation.
     ///
     /// # Errors
-    /// [`ConfigurationError`] when the start configuration does not exist.
+    /// [`CannotWalk`] when the start configuration does not exist, or the robot does not come to stand still.
     pub fn step(
         &mut self,
         measured: &StateMessage,
         deformation: Option<&SoleDeformation>,
-    ) -> Result<Option<ControllerOutput>, ConfigurationError> {
+    ) -> Result<Option<ControllerOutput>, CannotWalk> {
         let tick = measured.header.tick;
         if let Some(deformation) = deformation.filter(|deformation| self.is_usable(deformation)) {
             self.deformation = Some(*deformation);
@@ -242,11 +271,16 @@ impl ControllerProcess {
         if state_usable {
             self.observe(measured);
         }
-        let start = if self.start.is_none() && state_usable && tick >= 0 && mode == Mode::Standing {
-            self.decide_start(measured, &deformation, pattern_hash)
+        let start = if self.start.is_none() && tick >= 0 {
+            let stance =
+                if state_usable && mode == Mode::Standing { self.stance(measured, &deformation) } else { None };
+            let header = Header::new(tick, self.robot_fingerprint);
+            let tick_zero = self.settle.observe(tick, stance.as_ref())?;
+            tick_zero.map(|tick_zero| WalkStart { header, pattern_hash, tick_zero })
         } else {
             None
         };
+        self.start = self.start.or(start);
         Ok(Some(ControllerOutput { command, start, summary: self.summary }))
     }
 
@@ -274,37 +308,31 @@ impl ControllerProcess {
 
     /// Takes the measured joints over and compares them with the model's.
     fn observe(&mut self, measured: &StateMessage) {
-        let base = self.whole_body.model().base_dofs();
-        self.joints.from_interface(&measured.joint_position_rad, self.measured.q.joints.as_mut_slice());
-        self.joints.from_interface(&measured.joint_velocity_rad_per_s, &mut self.measured.v.as_mut_slice()[base..]);
+        self.joints.from_interface(&measured.joint_position_rad, self.measured.joints.as_mut_slice());
         if let Some(state) = &self.state {
-            self.summary.joint_distance_rad = (&self.measured.q.joints - &state.q.joints).amax();
+            self.summary.joint_distance_rad = (&self.measured.joints - &state.q.joints).amax();
         }
     }
 
-    /// The robot measures no base velocity: it is that of the legs over the ankles, which rest, plus the turning of the body.
-    fn decide_start(
-        &mut self,
-        measured: &StateMessage,
-        deformation: &SoleDeformation,
-        pattern_hash: u64,
-    ) -> Option<WalkStart> {
+    /// How the robot stands, from its encoders, its orientation and its feet; `None` without an orientation.
+    fn stance(&mut self, measured: &StateMessage, deformation: &SoleDeformation) -> Option<Stance> {
+        let [x, y, z, w] = measured.imu_orientation_xyzw;
+        let length = (x * x + y * y + z * z + w * w).sqrt();
+        if (length - 1.0).abs() > QUATERNION_LENGTH_ERROR_MAX {
+            return None;
+        }
         let model = self.whole_body.model();
-        let gyro = Vec3::from(measured.gyro_rad_per_s);
-        self.measured.v.fixed_rows_mut::<3>(3).copy_from(&gyro);
-        forward_kinematics_velocity(model, &mut self.workspace, &self.measured.q, &self.measured.v);
-        let [left, right] = self.ankles.map(|frame| self.workspace.velocity(model, frame).linear);
-        let stillness = Stillness {
-            base_velocity_m_per_s: if left.norm() > right.norm() { left } else { right },
-            base_rate_rad_per_s: gyro,
+        // The measured configuration has its base at the origin.
+        forward_kinematics(model, &mut self.workspace, &self.measured);
+        let imu_in_base = self.workspace.placement(model, self.imu).rotation;
+        let base_rotation = so3::from_quaternion(w / length, &(Vec3::new(x, y, z) / length)) * imu_in_base.transpose();
+        let ankle = |frame| base_rotation * self.workspace.placement(model, frame).translation;
+        Some(Stance {
+            base_rotation,
+            ankles_from_base_m: self.ankles.map(ankle),
             measured_n: vertical_forces(measured),
             planned_n: [deformation.feet[0].planned_force_n[2], deformation.feet[1].planned_force_n[2]],
-        };
-        let tick = measured.header.tick;
-        let tick_zero = self.settle.observe(tick, CONTROL_PERIOD_S, &stillness)?;
-        let start = WalkStart { header: Header::new(tick, self.robot_fingerprint), pattern_hash, tick_zero };
-        self.start = Some(start);
-        Some(start)
+        })
     }
 }
 

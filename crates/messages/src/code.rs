@@ -97,6 +97,8 @@ codes! {
         Storage = 9, "storage failed";
         /// The pattern is of another version, too long or damaged.
         PatternRefused = 10, "pattern refused";
+        /// The robot did not come to stand still: the walk was not begun.
+        NotSettled = 11, "did not settle";
     }
 }
 

@@ -79,6 +79,7 @@ impl Failure {
             Self::Publish(_) | Self::Receive(_) | Self::Running(_) => 1,
             Self::Configuration(_) | Self::Unusable(_) => 2,
             Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => 3,
+            Self::SafetyStop { reason: Reason::NotSettled, .. } => 6,
             Self::PeerDied { .. } | Self::SafetyStop { .. } => 4,
             Self::Deadline { .. } => 5,
         }

@@ -17,6 +17,7 @@
 //! | 3 | could not start: no owner of the domain, a topic taken, or the owner went away |
 //! | 4 | safety stop: an input stayed away, a solver failed too often, the pattern was refused |
 //! | 5 | deadlines were missed too often |
+//! | 6 | the robot did not settle: it did not stand still enough to walk |
 //! | 101 | a bug (panic) |
 //!
 //! # Pace

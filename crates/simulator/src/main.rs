@@ -60,6 +60,10 @@ impl Program for Simulate {
                     return Ok(End::Asked);
                 }
                 self.report(shell, &output);
+                if reason == Reason::NotSettled {
+                    let limit = "no walk/start within run.settle_time_max_s; the controller knows what it waits for";
+                    return Err(Failure::safety(reason, limit));
+                }
                 return Ok(End::Over(reason));
             }
             if let Some(start) = starts.latest()? {

@@ -34,7 +34,8 @@ pub struct SimulatorSettings {
 pub struct RunSettings {
     /// How long the robot goes on standing after the walk (s).
     pub after_walk_s: f64,
-    /// How long it may take until the walk begins (s); longer ends the run.
+    /// How long it may take until the walk begins (s); longer ends the run. The controller, which knows what is in the way, gives up
+    /// earlier.
     pub settle_time_max_s: f64,
 }
 

@@ -212,7 +212,7 @@ impl SimulatorProcess {
         } else if self.finished_tick.is_some_and(|tick| seconds(self.tick - tick) >= run.after_walk_s) {
             Some(Reason::Finished)
         } else if self.start.is_none() && seconds(self.tick) >= run.settle_time_max_s {
-            Some(Reason::InputMissing)
+            Some(Reason::NotSettled)
         } else {
             None
         }

@@ -8,6 +8,7 @@
 //! | 3 | could not start: the domain is in use, a binary is missing, a process died before the walk |
 //! | 4 | a process made a safety stop or was killed |
 //! | 5 | a process missed its deadlines |
+//! | 6 | the robot did not settle: it did not stand still enough to walk, and the message says what was in the way |
 //! | 130 | interrupted (Ctrl-C) |
 #![allow(clippy::print_stdout, reason = "the summary is what a launch is asked for")]
 
@@ -30,7 +31,7 @@ use std::time::Duration;
 #[command(name = "soleus-launch", version = node::VERSION, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(
     after_help = "Exit codes: 0 walked to the end; 1 fallen, or failed while running; 2 arguments or configuration wrong; \
-3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 130 interrupted."
+3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 6 the robot did not settle; 130 interrupted."
 )]
 struct Arguments {
     #[command(subcommand)]

@@ -107,7 +107,7 @@ impl Supervised {
     /// What an unexpected end means: the launcher's exit code and the words for it, with the last thing the process said.
     pub fn explain(&self, status: ExitStatus) -> Ending {
         let (code, how) = match (status.code(), status.signal()) {
-            (Some(code @ 1..=5), _) => (code as u8, format!("ended with code {code}")),
+            (Some(code @ 1..=6), _) => (code as u8, format!("ended with code {code}")),
             (Some(101), _) => (1, "broke down (a bug)".to_string()),
             (Some(code), _) => (4, format!("ended with code {code}")),
             (None, Some(signal)) => (4, format!("was killed by signal {signal}")),

@@ -47,9 +47,14 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     if !leftovers.is_empty() {
         tracing::warn!("left in shared memory: {leftovers:?}");
     }
-    let summary = ended?;
-    print!("{}", summary.table());
-    println!("{:<22} {}", "run folder", folder.path.display());
+    let (summary, ended) = ended?;
+    // Of what came to no good end, too: what there is to see is in the run folder.
+    if summary.any() {
+        print!("{}", summary.table());
+        println!("{:<22} {}", "run folder", folder.path.display());
+    }
+    let reason = ended?;
+    tracing::info!("the walk is over: {reason}");
     match summary.fallen() {
         Some(time_s) => Err(Ending::new(1, format!("the robot fell after {time_s:.2} s"))),
         None => Ok(()),
@@ -67,7 +72,7 @@ fn supervise(
     domain_name: &DomainName,
     owner: &Owner,
     stop: &Stop,
-) -> Result<Summary, Ending> {
+) -> Result<(Summary, Result<Reason, Ending>), Ending> {
     let failed = |error: anyhow::Error| Ending::with_causes(3, error);
     let domain =
         Domain::join(domain_name, Process::Launcher, Duration::from_secs(5)).map_err(|error| failed(error.into()))?;
@@ -82,14 +87,7 @@ fn supervise(
     let ended = watch(&mut children, &mut ears, &mut progress, owner, stop);
     progress.end();
     stop_all(&mut children, &mut ears, stop);
-    match ended {
-        // What a process says about its own end comes before what others make of it.
-        Err(ending) => Err(ending),
-        Ok(reason) => {
-            tracing::info!("the walk is over: {reason}");
-            Ok(ears.summary)
-        }
-    }
+    Ok((ears.summary, ended))
 }
 
 /// Looks on until the walk is over or something goes wrong.
@@ -135,7 +133,7 @@ fn first_death(children: &mut [Supervised]) -> Option<Ending> {
     }
     let rank = |(killed, ending): &(bool, Ending)| match ending.code {
         2 => 0,
-        1 | 5 => 1,
+        1 | 5 | 6 => 1,
         3 => 2,
         // One that ends by itself with this code lost a partner.
         _ if *killed => 3,

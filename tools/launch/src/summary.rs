@@ -176,6 +176,11 @@ impl Summary {
         format!("{walked} · {distance_m:.2} m · {speed:.2} x real time · worst tick {:.1} ms", worst_ns as f64 * 1e-6)
     }
 
+    /// Whether anything was simulated.
+    pub fn any(&self) -> bool {
+        self.last.is_some()
+    }
+
     /// The table at the end.
     pub fn table(&self) -> String {
         let mut table = String::new();
