@@ -124,6 +124,9 @@ pub(crate) fn robot(path: &Path, robot: &RobotDescription) -> Result<(), RobotEr
         pair.iter().try_for_each(|name| file.known("collision_pairs", name, "the capsules", capsules()))?;
         file.once("collision_pairs", pair.iter().map(String::as_str))?;
     }
+    for pair in robot.collision_pairs_left_out.iter().flat_map(|left_out| &left_out.pairs) {
+        pair.iter().try_for_each(|name| file.known("collision_pairs_left_out", name, "the capsules", capsules()))?;
+    }
     Ok(())
 }
 

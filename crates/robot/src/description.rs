@@ -37,6 +37,19 @@ pub struct RobotDescription {
     pub capsules: Vec<Capsule>,
     /// Pairs of capsule names that must keep their distance.
     pub collision_pairs: Vec<[String; 2]>,
+    /// Pairs that the joints' ranges allow to meet and that are not watched all the same.
+    #[serde(default)]
+    pub collision_pairs_left_out: Vec<LeftOut>,
+}
+
+/// Pairs that are not watched, and why.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOut {
+    /// Why.
+    pub reason: String,
+    /// Pairs of capsule names.
+    pub pairs: Vec<[String; 2]>,
 }
 
 /// Left and right foot; `[0]` is the left one.

@@ -50,22 +50,22 @@
 //! Libraries know no clock: [`WholeBody::set_clock`] takes one, and [`StepReport::timings`] then tells the stages apart.
 //!
 //! # Speed against error
-//! `cargo bench -p wholebody --bench step -- FOLDER/walk.npz` walks four steps on an ideal plant (5 ms period, 22 collision pairs,
+//! `cargo bench -p wholebody --bench step -- FOLDER/walk.npz` walks four steps on an ideal plant (5 ms period, 41 collision pairs,
 //! soft soles) and times every step by the thread's CPU time; *ratio* is to Clarabel with data updates at 1e-8 on recorded
 //! walking programs of a 38-dof robot in the same run, *torque diff.* to the second row. On a shared two-core machine, built
 //! with `--profile dev`:
 //!
 //! | model | dofs | single us | double us | ratio | p99/median | max us | COM error mm | torque diff. N m | not solved |
 //! |---|---|---|---|---|---|---|---|---|---|
-//! | HRP-4 legs, chest | 20 | 18.9 | 28.7 | 0.0153 | 2.55 | 73.7 | 0.49 | 0.0e0 | 0 |
-//! | HRP-4 walking | 28 | 23.9 | 34.9 | 0.0193 | 2.38 | 84.8 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 full | 40 | 34.5 | 47.5 | 0.0278 | 2.14 | 108.1 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4, thumbs locked | 38 | 32.9 | 45.9 | 0.0265 | 2.18 | 105.4 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 walking, 8 generators per point | 28 | 31.3 | 53.2 | 0.0252 | 4.06 | 208.3 | 0.48 | 3.9e-1 | 0 |
-//! | HRP-4 walking, 16 generators per point | 28 | 55.4 | 109.3 | 0.0447 | 7.69 | 732.3 | 0.48 | 4.7e-1 | 0 |
-//! | HRP-4 walking, no collision pairs | 28 | 20.3 | 31.0 | 0.0165 | 2.60 | 79.9 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 walking, Clarabel 1e-6 | 28 | 898.6 | 1316.2 | 0.8343 | 1.36 | 1460.3 | 0.48 | 7.4e-2 | 0 |
-//! | HRP-4 walking, Clarabel 1e-8 | 28 | 997.1 | 1419.2 | 0.9210 | 1.37 | 1680.5 | 0.48 | 5.2e-3 | 0 |
+//! | HRP-4 legs, chest | 20 | 22.0 | 32.6 | 0.0159 | 2.41 | 79.8 | 0.49 | 0.0e0 | 0 |
+//! | HRP-4 walking | 28 | 27.9 | 40.1 | 0.0200 | 2.29 | 93.5 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4 full | 40 | 40.3 | 54.6 | 0.0288 | 2.07 | 119.6 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4, thumbs locked | 38 | 38.6 | 52.6 | 0.0276 | 2.06 | 119.9 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4 walking, 8 generators per point | 28 | 36.4 | 60.9 | 0.0262 | 3.81 | 228.8 | 0.48 | 3.9e-1 | 0 |
+//! | HRP-4 walking, 16 generators per point | 28 | 63.4 | 124.3 | 0.0453 | 7.55 | 809.9 | 0.48 | 4.7e-1 | 0 |
+//! | HRP-4 walking, no collision pairs | 28 | 22.5 | 33.9 | 0.0163 | 2.56 | 91.8 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4 walking, Clarabel 1e-6 | 28 | 1077.8 | 1573.0 | 0.9054 | 1.47 | 2189.3 | 0.48 | 1.3e-1 | 0 |
+//! | HRP-4 walking, Clarabel 1e-8 | 28 | 1175.7 | 1678.9 | 0.9909 | 1.39 | 2629.3 | 0.48 | 5.9e-3 | 0 |
 //!
 //! The centre of mass's error is what sampling at 5 ms leaves, whoever solves. More generators than four per point buy 8 % of
 //! friction and cost a factor of 1.4 to 3; locking hands, wrists and neck saves a third.
@@ -91,7 +91,10 @@ mod solvers;
 mod step;
 mod task;
 
-pub use collision::{Capsule, CollisionSettings, LinkCapsule, Proximity, SMOOTHING_M, proximity};
+pub use collision::{
+    Capsule, CollisionSettings, LinkCapsule, PairProposal, ProposalSettings, Proximity, SMOOTHING_M, Verdict,
+    propose_pairs, proximity,
+};
 pub use constraint::friction::FrictionCones;
 pub use constraint::limits::JointLimits;
 pub use error::WholeBodyError;

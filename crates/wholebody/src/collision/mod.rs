@@ -11,8 +11,10 @@
 //! when it starts to matter. The centripetal part of d'' is left out, which errs to the safe side.
 
 mod capsule;
+mod proposal;
 
 pub use capsule::{Capsule, Proximity, SMOOTHING_M, proximity};
+pub use proposal::{PairProposal, ProposalSettings, Verdict, propose_pairs};
 
 use multibody::{FrameIndex, WholeBodyTerms};
 use nalgebra::RowDVector;

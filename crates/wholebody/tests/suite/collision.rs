@@ -6,7 +6,10 @@ use parry3d_f64::math::{Pose3, Vec3 as ParryVec};
 use parry3d_f64::query;
 use parry3d_f64::shape::Capsule as ParryCapsule;
 use spatial::{Twist, Vec3};
-use wholebody::{Capsule, FootTarget, SMOOTHING_M, WholeBody, proximity};
+use std::collections::BTreeSet;
+use wholebody::{
+    Capsule, FootTarget, LinkCapsule, ProposalSettings, SMOOTHING_M, Verdict, WholeBody, propose_pairs, proximity,
+};
 
 struct Random(u64);
 
@@ -163,4 +166,53 @@ fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
     let last = &distances[distances.len() - 40..];
     let spread = last.iter().copied().fold(0.0, f64::max) - last.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(spread < 1e-3, "held still at the end: {spread} m");
+}
+
+/// Names in one order, whoever comes first.
+fn sorted(pair: &[String; 2]) -> [String; 2] {
+    let [a, b] = pair.clone();
+    if a < b { [a, b] } else { [b, a] }
+}
+
+#[test]
+fn the_pairs_that_hrp4_watches_are_those_its_joints_allow_to_meet_less_those_left_out_with_a_reason() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let capsules = settings(&robot, &model).collision.capsules;
+    let proposals = propose_pairs(&model, &capsules, &ProposalSettings::default()).expect("links of the model");
+    assert_eq!(proposals.len(), capsules.len() * (capsules.len() - 1) / 2);
+    let proposed: BTreeSet<_> =
+        proposals.iter().filter(|p| p.verdict == Verdict::Proposed).map(|p| sorted(&p.pair)).collect();
+    let watched: BTreeSet<_> = robot.description.collision_pairs.iter().map(sorted).collect();
+    let left_out: BTreeSet<_> =
+        robot.description.collision_pairs_left_out.iter().flat_map(|group| &group.pairs).map(sorted).collect();
+    assert!(robot.description.collision_pairs_left_out.iter().all(|group| group.reason.len() > 20));
+    assert_eq!(watched.intersection(&left_out).count(), 0, "watched or left out");
+    assert_eq!(watched.len(), robot.description.collision_pairs.len(), "each pair once");
+    let known: BTreeSet<_> = watched.union(&left_out).cloned().collect();
+    let missing: Vec<_> = proposed.difference(&known).collect();
+    assert!(missing.is_empty(), "proposed, but neither watched nor left out: {missing:?}");
+    let needless: Vec<_> = known.difference(&proposed).collect();
+    assert!(needless.is_empty(), "watched or left out, but not proposed: {needless:?}");
+}
+
+#[test]
+fn a_proposal_names_the_reason_for_every_pair_and_is_the_same_every_time() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let capsules = settings(&robot, &model).collision.capsules;
+    let few = ProposalSettings { samples: 500, ..ProposalSettings::default() };
+    let once = propose_pairs(&model, &capsules, &few).expect("links of the model");
+    assert_eq!(once, propose_pairs(&model, &capsules, &few).expect("links of the model"));
+    let verdict = |a: &str, b: &str| {
+        let found = once.iter().find(|p| p.pair.contains(&a.to_owned()) && p.pair.contains(&b.to_owned()));
+        found.expect("every pair is judged").verdict
+    };
+    assert_eq!(verdict("left_thigh", "right_thigh"), Verdict::Proposed);
+    assert_eq!(verdict("left_thigh", "left_shank"), Verdict::Adjacent); // the knee
+    assert_eq!(verdict("left_forearm", "left_hand"), Verdict::Adjacent); // wrists are locked
+    assert_eq!(verdict("left_shank", "left_foot"), Verdict::AlwaysTouching); // the ankle's two axes
+    assert_eq!(verdict("head", "left_foot"), Verdict::NeverNear);
+    let lost = LinkCapsule { link: "tail".to_owned(), ..capsules[0].clone() };
+    assert!(propose_pairs(&model, &[lost], &few).is_err());
 }
