@@ -3,6 +3,8 @@
 use crate::description::Shared;
 use crate::error::nearest;
 use crate::{Friction, RobotDescription, RobotError, SoleDescription};
+use sole_mesh::{EXTENT_M, Mesh};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 struct File<'a>(&'a Path);
@@ -76,6 +78,18 @@ const NOT_NEGATIVE: Range = Range { holds: |x| x >= 0.0 && x.is_finite(), words:
 const FINITE: Range = Range { holds: f64::is_finite, words: "a finite number" };
 const FRACTION: Range = Range { holds: |x| x > 0.0 && x <= 1.0, words: "more than 0, at most 1" };
 const TURN: Range = Range { holds: |x| x.abs() <= 360.0, words: "an angle in degrees, at most one turn" };
+/// Young's modulus of a sole that is believed (Pa): the softest foams have some kilopascals, rubbers up to 0.1 GPa, hard plastics some
+/// gigapascals; what is stiffer is the level `rigid`. The foams and rubbers of soles (0.005 to 50 MPa) in megapascals or gigapascals fall out.
+const YOUNG_MODULUS_PA: RangeInclusive<f64> = 1e3..=1e10;
+const FOAM: Range = Range {
+    holds: |x| YOUNG_MODULUS_PA.contains(&x),
+    words: "pascals, between 1e3 (softest foam) and 1e10 (hard plastic): was it given in MPa?",
+};
+/// An ankle is no farther from the sole than the largest sole is long.
+const BESIDE_THE_SOLE: Range = Range {
+    holds: |x| x.abs() <= *EXTENT_M.end(),
+    words: "metres, at most 1: was it given in millimetres or centimetres?",
+};
 const COMPRESSIBLE: Range =
     Range { holds: |x| x > -1.0 && x < 0.5, words: "more than -1 and less than 0.5 (a compressible solid)" };
 
@@ -150,8 +164,12 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
     }
     mesh.box_m.iter().flatten().try_for_each(|edge| file.range("mesh.box_m", *edge, POSITIVE))?;
     mesh.cells.iter().flatten().try_for_each(|cells| file.range("mesh.cells", f64::from(*cells), POSITIVE))?;
-    file.range("material.young_modulus_pa", sole.material.young_modulus_pa, POSITIVE)?;
+    if let (Some(size_m), Some(cells)) = (mesh.box_m, mesh.cells) {
+        Mesh::check_box(size_m, cells.map(|n| n as usize))
+            .map_err(|source| RobotError::Block { file: path.to_owned(), source })?;
+    }
+    file.range("material.young_modulus_pa", sole.material.young_modulus_pa, FOAM)?;
     file.range("material.poisson_ratio", sole.material.poisson_ratio, COMPRESSIBLE)?;
-    sole.foot.ankle_in_sole_m.iter().try_for_each(|x| file.range("foot.ankle_in_sole_m", *x, FINITE))?;
+    sole.foot.ankle_in_sole_m.iter().try_for_each(|x| file.range("foot.ankle_in_sole_m", *x, BESIDE_THE_SOLE))?;
     file.range("solver.tolerance", sole.solver.tolerance, POSITIVE)
 }

@@ -34,13 +34,21 @@ pub enum RobotError {
         /// What is there.
         found: &'static str,
     },
+    /// The block of `mesh.box_m` and `mesh.cells` is none.
+    #[error("{}: [mesh] no block of a sole", .file.display())]
+    Block {
+        /// Which file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: sole_mesh::MeshError,
+    },
     /// The mesh that `mesh.file` names cannot be used.
-    #[error("{}: {source}", .file.display())]
+    #[error("{}: no mesh of a sole", .file.display())]
     Mesh {
         /// The mesh.
         file: PathBuf,
         /// What is wrong with it.
-        source: sole_mesh::MshError,
+        source: Box<sole_mesh::MshError>,
     },
     /// The mesh is not drawn in the sole frame. Remedy: move it by the opposite of what is found.
     #[error(

@@ -82,7 +82,7 @@ const OFF_CENTRE_MAX_M: f64 = 1e-5;
 /// # Errors
 /// [`RobotError`] names the file and what is wrong: the element, the node, how far its middle is off.
 pub fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
-    let refused = |source| RobotError::Mesh { file: file.to_owned(), source };
+    let refused = |source| RobotError::Mesh { file: file.to_owned(), source: Box::new(source) };
     let mesh = Mesh::from_msh(&read(file)?, MshSets::Either).map_err(refused)?;
     let centre = mesh.outline().centre_m;
     if centre.amax() > OFF_CENTRE_MAX_M {

@@ -104,6 +104,11 @@ fn numbers_outside_their_range_are_refused() {
         ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = nan"),
         ("sole.toml", "friction = 0.65", "friction = -0.1"),
         ("sole.toml", "cells = [12, 7, 3]", "cells = [12, 0, 3]"),
+        // Megapascals, then what no unit makes a sole; millimetres; centimetres.
+        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32"),
+        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32e12"),
+        ("sole.toml", "[-0.015, -0.011, 0.103]", "[-15.0, -11.0, 103.0]"),
+        ("sole.toml", "[-0.015, -0.011, 0.103]", "[-1.5, -1.1, 10.3]"),
         ("robot.toml", "kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0"),
         ("robot.toml", "velocity_factor = 0.5", "velocity_factor = 50.0"),
         ("robot.toml", "radius_m = 0.085", "radius_m = -0.085"),
@@ -112,6 +117,33 @@ fn numbers_outside_their_range_are_refused() {
     for (file, from, to) in cases {
         let error = changed(file, from, to);
         assert!(matches!(error, RobotError::OutOfRange { .. }), "{to}: {error}");
+    }
+}
+
+#[test]
+fn blocks_in_other_units_or_of_too_many_cells_are_refused() {
+    let cases = [
+        ("[0.23, 0.13, 0.021]", "[230.0, 130.0, 21.0]", "the sole is 230 m long"),
+        ("[0.23, 0.13, 0.021]", "[23.0, 13.0, 2.1]", "another unit than metres"),
+        ("[12, 7, 3]", "[4000, 4000, 4000]", "384000000000 tetrahedra, at most 100000"),
+    ];
+    for (from, to, expected) in cases {
+        let error = changed("sole.toml", from, to);
+        let RobotError::Block { source, .. } = &error else { panic!("{to}: {error}") };
+        assert!(source.to_string().contains(expected), "{source}");
+        assert!(error.to_string().contains("sole.toml"), "{error}");
+    }
+}
+
+#[test]
+fn the_hard_and_the_soft_among_soles_are_believed() {
+    for modulus in ["0.005e6", "0.02e6", "50e6"] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("sole.toml");
+        let text = std::fs::read_to_string(shipped().join("sole.toml")).unwrap();
+        std::fs::write(&file, text.replace("0.32e6", modulus)).unwrap();
+        let sole = Robot::load_on(&shipped(), Some(&file)).unwrap().sole;
+        assert_eq!(sole.material.young_modulus_pa, modulus.parse::<f64>().unwrap());
     }
 }
 
@@ -192,7 +224,16 @@ fn mesh_files_that_cannot_be_used_are_named() {
     assert!(matches!(&error, RobotError::Unreadable { file, .. } if file.ends_with("nowhere.msh")), "{error}");
     let error = on_mesh("hello").unwrap_err();
     assert!(matches!(&error, RobotError::Mesh { file, .. } if file.ends_with("meshes/foot.msh")), "{error}");
+    let words = |error: &RobotError| {
+        let source = std::error::Error::source(error).expect("the mesh's own error").to_string();
+        (error.to_string(), source)
+    };
     let mut mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
+    let twice =
+        Mesh { tetrahedra: mesh.tetrahedra.iter().chain(&mesh.tetrahedra[5..6]).copied().collect(), ..mesh.clone() };
+    let (outer, inner) = words(&on_mesh(&twice.to_msh()).unwrap_err());
+    assert!(outer.ends_with("foot.msh: no mesh of a sole"), "once is enough: {outer}");
+    assert!(inner.contains("elements 5 and 144") && inner.contains("(in the file: elements "), "{inner}");
     // A corner at the origin instead of the middle.
     mesh.nodes.iter_mut().for_each(|p| (p.x, p.y) = (p.x + 0.115, p.y + 0.065));
     let error = on_mesh(&mesh.to_msh()).unwrap_err();

@@ -39,6 +39,25 @@ pub enum SoleError {
         /// Its size.
         size: usize,
     },
+    /// More contact points than a dense compliance is meant for. Remedy: a coarser mesh, fewer patches, or [`crate::Level::Patches`].
+    #[error("{points} contact points, at most {most} expected: a coarser mesh, or the level patches")]
+    TooManyPoints {
+        /// Points that there would be.
+        points: usize,
+        /// [`crate::CONTACT_POINTS_MAX`].
+        most: usize,
+    },
+    /// The elastic body of the mesh does not hold its contact nodes where they are said to be, so there is no picture of it. Remedy: the
+    /// level [`crate::Level::Fem`], whose contact points are nodes of the mesh, and the material that the sole was built of.
+    #[error(
+        "contact node {node} of the mesh would be {difference_m:.1e} m from where the sole has it: only the level fem has a deformed mesh"
+    )]
+    OtherBody {
+        /// The worst contact node.
+        node: usize,
+        /// How far it is off (m).
+        difference_m: f64,
+    },
     /// A contact patch within the sole holds no node of the fine mesh. Remedy: fewer patches, a finer mesh, or [`crate::Level::Fem`].
     #[error("patch {column}, {row} holds no mesh node: fewer patches, a finer mesh, or the level fem")]
     EmptyPatch {

@@ -160,7 +160,7 @@ pub use estimate::{
     EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
 };
 pub use ground::{Ground, Plane, Slope};
-pub use model::{Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
+pub use model::{CONTACT_POINTS_MAX, Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
 pub use nested::{NestedEstimator, NestedReport, NestedSettings};
 pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};
 pub use sole_mesh::{ContactSet, ElementQuality, Mesh, MeshError, MeshQuality, MshError, MshSets};

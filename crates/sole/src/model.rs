@@ -37,7 +37,10 @@ pub enum Level {
     /// Linear tetrahedra condensed to the contact nodes: the paper's sole.
     #[default]
     Fem,
-    /// Quadratic tetrahedra on the same mesh: no locking, about eight times the degrees of freedom offline, the same contact points.
+    /// Quadratic tetrahedra on the same mesh: no locking, about eight times the degrees of freedom offline, as many contact points. Each of
+    /// them is a weighted mean over the faces around a contact node. On a block those of the edge lie a quarter of a cell inside it, and
+    /// the reach of the ZMP ends there: 4.8 mm short of each end and 4.6 mm of each side of HRP-4's sole on 12 x 7 cells, 2.4 and
+    /// 2.3 mm on twice as many.
     QuadraticFem,
     /// The same mesh condensed onto a coarse grid of contact patches: accuracy of a fine mesh at the price of a coarse one.
     Patches {
@@ -48,6 +51,13 @@ pub enum Level {
 
 /// Vertical stiffness of the level [`Level::Rigid`] (N/m): an aluminium plate; 0.4 um under 400 N.
 pub const RIGID_STIFFNESS_N_PER_M: f64 = 1e9;
+
+/// Most contact points of a sole. Their compliance and its inverse are dense, 162 MB each at so many: the block of 49 x 29 x 11 cells took 92 s
+/// and 1.2 GB. More than twice the finest mesh that is walked on (627), and 200 Hz ends at 300.
+pub const CONTACT_POINTS_MAX: usize = 1500;
+
+/// Most quadratic tetrahedra. The factors of a deep block of 97,000 have 14 GB, 16,200 with 589 contacts took 27 s and 1 GB.
+const QUADRATIC_ELEMENTS_MAX: usize = 25_000;
 
 /// What a sole was condensed from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -121,6 +131,7 @@ impl SoleModel {
             ContactSet::Bottom => mesh,
             ContactSet::All => mesh.with_contact(ContactSet::All)?,
         };
+        check_count(&settings.level, &mesh)?;
         let mu = settings.friction;
         let ankle = settings.ankle_in_sole_m;
         let mut statistics = Statistics {
@@ -330,6 +341,25 @@ impl SoleModel {
         let eigenvalues = self.compliance.clone().symmetric_eigenvalues();
         eigenvalues.max() / eigenvalues.min()
     }
+}
+
+/// Before the memory is asked for.
+fn check_count(level: &Level, mesh: &Mesh) -> Result<(), SoleError> {
+    let grid = |cells: &[usize; 2]| cells[0].saturating_add(1).saturating_mul(cells[1].saturating_add(1));
+    let elements = mesh.tetrahedra.len();
+    if *level == Level::QuadraticFem && elements > QUADRATIC_ELEMENTS_MAX {
+        return Err(MeshError::TooFine { elements, most: QUADRATIC_ELEMENTS_MAX }.into());
+    }
+    let points = match level {
+        Level::Rigid => return Ok(()),
+        Level::Patches { cells } => grid(cells),
+        Level::Winkler { cells } => grid(cells).max(mesh.contact.len()),
+        Level::Lumped | Level::Fem | Level::QuadraticFem => mesh.contact.len(),
+    };
+    if points > CONTACT_POINTS_MAX {
+        return Err(SoleError::TooManyPoints { points, most: CONTACT_POINTS_MAX });
+    }
+    Ok(())
 }
 
 /// Mean shear and vertical stiffness of a bonded sole (N/m).

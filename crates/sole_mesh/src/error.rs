@@ -1,3 +1,4 @@
+use crate::mesh::EXTENT_M;
 use thiserror::Error;
 
 /// Why a mesh is no sole. Elements and nodes are counted from 0 in the order of the mesh.
@@ -10,6 +11,20 @@ pub enum MeshError {
         size_m: [f64; 3],
         /// Cell counts given.
         cells: [usize; 3],
+    },
+    /// Larger or smaller than any sole. Remedy: metres instead of millimetres or centimetres.
+    #[error("the sole is {extent_m} m long, between {} and {} expected: was it given in another unit than metres?", EXTENT_M.start(), EXTENT_M.end())]
+    Units {
+        /// Longest edge of its bounding box, read as metres.
+        extent_m: f64,
+    },
+    /// Finer than a computer's memory is meant for. Remedy: fewer cells; the estimator's answers differ by hundredths of a millimetre.
+    #[error("{elements} tetrahedra, at most {most} expected: fewer cells, or a coarser mesh")]
+    TooFine {
+        /// Tetrahedra that there would be.
+        elements: usize,
+        /// Most that are computed.
+        most: usize,
     },
     /// A coordinate is NaN or infinite.
     #[error("node {node} has a coordinate that is not finite")]
@@ -41,11 +56,23 @@ pub enum MeshError {
         /// The node.
         node: usize,
     },
-    /// The mesh falls into parts that share no node.
-    #[error("node {node} is not connected to the first element: the mesh has more than one part")]
+    /// Two elements lie on the same side of a common face. Remedy: delete the copy, or remesh.
+    #[error(
+        "elements {first} and {second} lie on the same side of one face: they overlap, or one is a copy of the other"
+    )]
+    Overlap {
+        /// The one.
+        first: usize,
+        /// The other, later in the mesh.
+        second: usize,
+    },
+    /// The mesh falls into parts that share no face: a part that hangs on a corner or an edge can swing.
+    #[error("element {element} (nodes {nodes:?}) is not connected to the largest part of the mesh by faces")]
     Disconnected {
-        /// A node of another part.
-        node: usize,
+        /// First element of a smaller part.
+        element: usize,
+        /// Its corners.
+        nodes: [usize; 4],
     },
     /// No node is glued to the foot. Remedy: give the physical group `clamped`.
     #[error("no node is clamped to the foot")]
@@ -53,10 +80,49 @@ pub enum MeshError {
     /// No node may touch the ground. Remedy: give the physical group `contact`.
     #[error("no node may touch the ground: the contact set is empty")]
     NoContactCandidate,
+    /// The rigid foot would reach the ground before the foam. Remedy: turn the mesh (z points up, from the ground to the foot), or swap the
+    /// groups `clamped` and `contact`.
+    #[error(
+        "clamped node {node} at z = {clamped_z_m} m lies below every contact candidate, the lowest of which is at {contact_z_m} m: the sole \
+         is upside down (z points from the ground up to the foot)"
+    )]
+    UpsideDown {
+        /// The lowest clamped node.
+        node: usize,
+        /// Its height (m).
+        clamped_z_m: f64,
+        /// Height of the lowest contact candidate (m).
+        contact_z_m: f64,
+    },
     /// A node is both clamped and a contact candidate.
     #[error("node {node} is both clamped and a contact candidate")]
     ClampedContact {
         /// The node.
         node: usize,
     },
+}
+
+impl MeshError {
+    /// The nodes that it names.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<usize> {
+        match self {
+            Self::NodeNotFinite { node }
+            | Self::UnreferencedNode { node }
+            | Self::ClampedContact { node }
+            | Self::UpsideDown { node, .. } => vec![*node],
+            Self::BadElement { nodes, .. } | Self::Disconnected { nodes, .. } => nodes.to_vec(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The elements that it names.
+    #[must_use]
+    pub fn elements(&self) -> Vec<usize> {
+        match self {
+            Self::BadElement { element, .. } | Self::Disconnected { element, .. } => vec![*element],
+            Self::Overlap { first, second } => vec![*first, *second],
+            _ => Vec::new(),
+        }
+    }
 }

@@ -17,7 +17,7 @@ mod write_msh;
 
 pub use error::MeshError;
 pub use hull::convex_hull;
-pub use mesh::{ContactSet, Mesh};
+pub use mesh::{ContactSet, ELEMENTS_MAX, EXTENT_M, Mesh};
 pub use mesh_quality::{ElementQuality, MeshQuality};
 pub use msh::{MshError, MshSets};
 pub use outline::Outline;

@@ -2,6 +2,8 @@
 
 use crate::MeshError;
 use spatial::{Mat3, Vec3};
+use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 /// A tetrahedral mesh of the undeformed sole in the sole frame, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,19 +28,36 @@ pub enum ContactSet {
     All,
 }
 
+/// Longest edge of a sole's bounding box that is believed (m): from a toy's foot to a giant's. What lies within, given in millimetres or
+/// centimetres, lies outside.
+pub const EXTENT_M: RangeInclusive<f64> = 0.02..=1.0;
+/// Most tetrahedra of a mesh: four times the finest that the docs of `sole` measure. A block of 99,360 onto 42 patches takes 5 s and 0.5 GB.
+pub const ELEMENTS_MAX: usize = 100_000;
+/// Tetrahedra per hexahedral cell of a block.
+const PER_CELL: usize = 6;
 /// Nodes within this fraction of the mesh's size of a plane are on it: mesh files carry rounded coordinates.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
 impl Mesh {
+    /// Can there be a block of this size and so many cells?
+    ///
+    /// # Errors
+    /// [`MeshError::EmptyBox`] when an edge or a cell count is not positive, [`MeshError::Units`], [`MeshError::TooFine`].
+    pub fn check_box(size_m: [f64; 3], cells: [usize; 3]) -> Result<(), MeshError> {
+        if size_m.iter().any(|s| !(s.is_finite() && *s > 0.0)) || cells.contains(&0) {
+            return Err(MeshError::EmptyBox { size_m, cells });
+        }
+        check_extent(size_m.into_iter().fold(0.0, f64::max))?;
+        check_count(cells.into_iter().fold(PER_CELL, usize::saturating_mul))
+    }
+
     /// Box `size_m` centred in x and y with its bottom face at z = 0, cut into `cells` hexahedra of six Kuhn tetrahedra
     /// around the diagonal (0,0,0)-(1,1,1). Node `i + (nx+1) (j + (ny+1) k)`; the top face is clamped.
     ///
     /// # Errors
-    /// [`MeshError::EmptyBox`] when an edge or a cell count is not positive.
+    /// As [`Mesh::check_box`].
     pub fn kuhn_box(size_m: [f64; 3], cells: [usize; 3]) -> Result<Self, MeshError> {
-        if size_m.iter().any(|s| !(s.is_finite() && *s > 0.0)) || cells.contains(&0) {
-            return Err(MeshError::EmptyBox { size_m, cells });
-        }
+        Self::check_box(size_m, cells)?;
         let [nx, ny, nz] = cells;
         let node = |i: usize, j: usize, k: usize| i + (nx + 1) * (j + (ny + 1) * k);
         let mut nodes = Vec::with_capacity((nx + 1) * (ny + 1) * (nz + 1));
@@ -53,8 +72,8 @@ impl Mesh {
                 }
             }
         }
-        const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
-        let mut tetrahedra = Vec::with_capacity(6 * nx * ny * nz);
+        const PATHS: [[usize; 3]; PER_CELL] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [1, 0, 2], [2, 1, 0]];
+        let mut tetrahedra = Vec::with_capacity(PER_CELL * nx * ny * nz);
         for k in 0..nz {
             for j in 0..ny {
                 for i in 0..nx {
@@ -79,8 +98,8 @@ impl Mesh {
         Self { nodes, tetrahedra, clamped, contact }.checked()
     }
 
-    /// Every mesh passes here: finite nodes, positive volumes, no node without an element, one connected part, clamped and
-    /// contact sets that are there and do not meet.
+    /// Every mesh passes here: not too many elements, finite nodes, the size of a sole, positive volumes, no node without an element, no
+    /// element upon another, one part connected through faces, clamped and contact sets that are there, do not meet, and are the right way up.
     ///
     /// # Errors
     /// The first defect found, with the element or node named.
@@ -89,49 +108,83 @@ impl Mesh {
         self.clamped.dedup();
         self.contact.sort_unstable();
         self.contact.dedup();
+        check_count(self.tetrahedra.len())?;
         if let Some(node) = self.nodes.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(MeshError::NodeNotFinite { node });
         }
+        check_extent(self.extent())?;
+        self.check_elements()?;
+        self.check_faces()?;
+        self.check_sets()?;
+        Ok(self)
+    }
+
+    /// Their corners are there, they are no flat ones, and they use every node.
+    fn check_elements(&self) -> Result<(), MeshError> {
         let n = self.nodes.len();
+        let mut used = vec![false; n];
         for (element, corners) in self.tetrahedra.iter().enumerate() {
             if let Some(node) = corners.iter().copied().find(|c| *c >= n) {
                 return Err(MeshError::UnknownNode { element, node });
             }
+            corners.iter().for_each(|c| used[*c] = true);
         }
-        for element in 0..self.tetrahedra.len() {
+        let extent = self.extent();
+        for (element, nodes) in self.tetrahedra.iter().enumerate() {
             let volume_m3 = self.volume(element);
             let edge = self.longest_edge(element);
             // A volume below rounding of the coordinates has no sign.
-            if volume_m3 <= 8.0 * f64::EPSILON * edge * edge * self.extent() {
-                return Err(MeshError::BadElement { element, nodes: self.tetrahedra[element], volume_m3 });
+            if volume_m3 <= 8.0 * f64::EPSILON * edge * edge * extent {
+                return Err(MeshError::BadElement { element, nodes: *nodes, volume_m3 });
             }
         }
-        let mut parent: Vec<usize> = (0..n).collect();
-        let mut used = vec![false; n];
-        for corners in &self.tetrahedra {
-            for c in corners {
-                used[*c] = true;
-                let (a, b) = (root(&mut parent, corners[0]), root(&mut parent, *c));
-                parent[a] = b;
+        match used.iter().position(|u| !u) {
+            Some(node) => Err(MeshError::UnreferencedNode { node }),
+            None => Ok(()),
+        }
+    }
+
+    /// Each side of a face belongs to one element at most, and faces connect all elements: nodes and edges are hinges.
+    fn check_faces(&self) -> Result<(), MeshError> {
+        let mut owner = HashMap::with_capacity(4 * self.tetrahedra.len());
+        let mut parent: Vec<usize> = (0..self.tetrahedra.len()).collect();
+        for (second, t) in self.tetrahedra.iter().enumerate() {
+            for face in faces(t) {
+                if let Some(first) = owner.insert(turned(face), second) {
+                    return Err(MeshError::Overlap { first, second });
+                }
+                // The neighbour sees the face from its other side.
+                let [a, b, c] = face;
+                if let Some(neighbour) = owner.get(&turned([a, c, b])) {
+                    let (one, other) = (root(&mut parent, *neighbour), root(&mut parent, second));
+                    parent[one] = other;
+                }
             }
         }
-        if let Some(node) = used.iter().position(|u| !u) {
-            return Err(MeshError::UnreferencedNode { node });
+        let part: Vec<usize> = (0..parent.len()).map(|element| root(&mut parent, element)).collect();
+        let mut size = vec![0_usize; part.len()];
+        part.iter().for_each(|root| size[*root] += 1);
+        let largest = size.iter().copied().max().unwrap_or(0);
+        let main = part.iter().copied().find(|root| size[*root] == largest);
+        match part.iter().position(|root| Some(*root) != main) {
+            Some(element) => Err(MeshError::Disconnected { element, nodes: self.tetrahedra[element] }),
+            None => Ok(()),
         }
-        let first = self.tetrahedra.first().map_or(0, |t| root(&mut parent, t[0]));
-        if let Some(node) = (0..n).find(|i| root(&mut parent, *i) != first) {
-            return Err(MeshError::Disconnected { node });
-        }
-        if self.clamped.is_empty() {
-            return Err(MeshError::NothingClamped);
-        }
-        if self.contact.is_empty() {
-            return Err(MeshError::NoContactCandidate);
-        }
+    }
+
+    /// The clamped and the contact nodes are there, no node is both, and the ground is below the foot.
+    fn check_sets(&self) -> Result<(), MeshError> {
+        let lowest = |set: &[usize]| set.iter().copied().min_by(|a, b| self.nodes[*a].z.total_cmp(&self.nodes[*b].z));
+        let node = lowest(&self.clamped).ok_or(MeshError::NothingClamped)?;
+        let contact = lowest(&self.contact).ok_or(MeshError::NoContactCandidate)?;
         if let Some(node) = self.contact.iter().copied().find(|c| self.clamped.binary_search(c).is_ok()) {
             return Err(MeshError::ClampedContact { node });
         }
-        Ok(self)
+        let (clamped_z_m, contact_z_m) = (self.nodes[node].z, self.nodes[contact].z);
+        if clamped_z_m < contact_z_m {
+            return Err(MeshError::UpsideDown { node, clamped_z_m, contact_z_m });
+        }
+        Ok(())
     }
 
     /// Signed volume (m^3) of a tetrahedron.
@@ -186,15 +239,15 @@ impl Mesh {
     /// Triangles that belong to one tetrahedron only, oriented outwards.
     #[must_use]
     pub fn surface(&self) -> Vec<[usize; 3]> {
-        let mut faces = std::collections::BTreeMap::new();
+        let mut sides = std::collections::BTreeMap::new();
         for t in &self.tetrahedra {
-            for face in [[t[1], t[2], t[3]], [t[0], t[3], t[2]], [t[0], t[1], t[3]], [t[0], t[2], t[1]]] {
+            for face in faces(t) {
                 let mut key = face;
                 key.sort_unstable();
-                faces.entry(key).and_modify(|(_, count)| *count += 1).or_insert((face, 1));
+                sides.entry(key).and_modify(|(_, count)| *count += 1).or_insert((face, 1));
             }
         }
-        faces.into_values().filter(|(_, count)| *count == 1).map(|(face, _)| face).collect()
+        sides.into_values().filter(|(_, count)| *count == 1).map(|(face, _)| face).collect()
     }
 
     /// Replaces the contact set by all nodes of the bottom face or of the whole unclamped surface.
@@ -212,6 +265,31 @@ impl Mesh {
         self.contact.retain(|i| clamped.binary_search(i).is_err());
         self.clamped = clamped;
         self.checked()
+    }
+}
+
+fn check_extent(extent_m: f64) -> Result<(), MeshError> {
+    if EXTENT_M.contains(&extent_m) { Ok(()) } else { Err(MeshError::Units { extent_m }) }
+}
+
+fn check_count(elements: usize) -> Result<(), MeshError> {
+    if elements <= ELEMENTS_MAX { Ok(()) } else { Err(MeshError::TooFine { elements, most: ELEMENTS_MAX }) }
+}
+
+/// Faces of a positively oriented tetrahedron, seen from outside.
+fn faces(t: &[usize; 4]) -> [[usize; 3]; 4] {
+    [[t[1], t[2], t[3]], [t[0], t[3], t[2]], [t[0], t[1], t[3]], [t[0], t[2], t[1]]]
+}
+
+/// The same side of the same face, its smallest node first.
+fn turned(face: [usize; 3]) -> [usize; 3] {
+    let [a, b, c] = face;
+    if a < b && a < c {
+        face
+    } else if b < c {
+        [b, c, a]
+    } else {
+        [c, a, b]
     }
 }
 

@@ -60,27 +60,31 @@ pub enum MshError {
         /// Number of the node.
         node: u64,
     },
-    /// The mesh is larger or smaller than any sole: millimetres instead of metres?
-    #[error("the mesh is {extent_m} long: a sole in metres is between 0.02 and 1; was it drawn in millimetres?")]
-    Units {
-        /// Longest edge of its bounding box, read as metres.
-        extent_m: f64,
-    },
     /// The mesh itself is unsound.
-    #[error("{defect} (numbers in the file: node {node:?}, element {element:?})")]
+    #[error("{defect}{}", in_the_file(.elements, .nodes))]
     Unsound {
         /// What is wrong, counted from 0.
         defect: MeshError,
-        /// Number of the node in the file.
-        node: Option<u64>,
-        /// Number of the element in the file.
-        element: Option<u64>,
+        /// Numbers in the file of the nodes that it names.
+        nodes: Vec<u64>,
+        /// Numbers in the file of the elements that it names.
+        elements: Vec<u64>,
     },
 }
 
-/// Largest and smallest edge of a sole's bounding box that is believed (m).
-const EXTENT_MAX_M: f64 = 1.0;
-const EXTENT_MIN_M: f64 = 0.02;
+/// The defect counts from 0: what its elements and nodes are called in the file.
+fn in_the_file(elements: &[u64], nodes: &[u64]) -> String {
+    let named = [("element", elements), ("node", nodes)].into_iter().filter(|(_, numbers)| !numbers.is_empty());
+    let named: Vec<String> = named
+        .map(|(what, numbers)| {
+            let plural = if numbers.len() == 1 { "" } else { "s" };
+            let numbers: Vec<String> = numbers.iter().map(u64::to_string).collect();
+            format!("{what}{plural} {}", numbers.join(", "))
+        })
+        .collect();
+    if named.is_empty() { String::new() } else { format!(" (in the file: {})", named.join("; ")) }
+}
+
 /// Nodes within this fraction of the extent of a plane lie on it.
 const PLANE_TOLERANCE: f64 = 1e-6;
 
@@ -120,9 +124,6 @@ impl Mesh {
         }
         let bare = Mesh { nodes, tetrahedra, clamped: Vec::new(), contact: Vec::new() };
         let extent_m = bare.extent();
-        if !(EXTENT_MIN_M..=EXTENT_MAX_M).contains(&extent_m) && extent_m.is_finite() {
-            return Err(MshError::Units { extent_m });
-        }
         let named = |group: &str| file.names.iter().any(|((_, _), name)| name == group);
         let by_group = match sets {
             MshSets::Groups => true,
@@ -152,16 +153,10 @@ impl Mesh {
         // Edges between both groups belong to the clamped one: a glued node cannot slide.
         let contact: Vec<usize> = group("contact", low.z)?.into_iter().filter(|i| !clamped.contains(i)).collect();
         let numbers: Vec<u64> = file.tetrahedra.iter().map(|(number, _)| *number).collect();
-        Mesh { clamped, contact, ..bare }.checked().map_err(|defect| {
-            let (node, element) = match &defect {
-                MeshError::NodeNotFinite { node }
-                | MeshError::UnreferencedNode { node }
-                | MeshError::Disconnected { node }
-                | MeshError::ClampedContact { node } => (Some(tags[*node]), None),
-                MeshError::BadElement { element, .. } => (None, Some(numbers[*element])),
-                _ => (None, None),
-            };
-            MshError::Unsound { defect, node, element }
+        Mesh { clamped, contact, ..bare }.checked().map_err(|defect| MshError::Unsound {
+            nodes: defect.nodes().into_iter().map(|node| tags[node]).collect(),
+            elements: defect.elements().into_iter().map(|element| numbers[element]).collect(),
+            defect,
         })
     }
 }

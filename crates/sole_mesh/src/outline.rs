@@ -73,9 +73,10 @@ mod tests {
 
     #[test]
     fn an_ellipse_carries_the_rectangle_inscribed_in_it() {
-        let mut mesh = Mesh::kuhn_box([2.0, 2.0, 0.02], [8, 8, 1]).expect("a block");
+        let mut mesh = Mesh::kuhn_box([1.0, 1.0, 0.02], [8, 8, 1]).expect("a block");
         // Squares about the origin become circles, then the circles ellipses.
         for p in &mut mesh.nodes {
+            (p.x, p.y) = (2.0 * p.x, 2.0 * p.y);
             let square = p.x.abs().max(p.y.abs());
             let norm = p.xy().norm().max(f64::MIN_POSITIVE);
             (p.x, p.y) = (0.12 * p.x * square / norm, 0.06 * p.y * square / norm);

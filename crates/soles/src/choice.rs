@@ -31,7 +31,7 @@ impl Default for SoleChoice {
 #[derive(Debug, thiserror::Error)]
 pub enum SolesError {
     /// Mesh, material or friction cannot be.
-    #[error("{}: {source}", .file.display())]
+    #[error("{}: no such sole can be built", .file.display())]
     Sole {
         /// The description.
         file: PathBuf,

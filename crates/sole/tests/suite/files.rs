@@ -1,10 +1,6 @@
-//! Meshes from Gmsh, condensed soles as bytes, pictures for VTK.
+//! Meshes from Gmsh, condensed soles as bytes.
 
-use sole::{
-    CacheError, Material, Mesh, MeshError, MeshSource, MshError, MshSets, SoleError, SoleModel, SoleSettings,
-    deformed_sole_vtk,
-};
-use spatial::{Transform, Vec3};
+use sole::{CacheError, Mesh, MeshError, MeshSource, MshError, MshSets, SoleModel, SoleSettings};
 
 const GMSH: &str = include_str!("../data/sole_1494.msh");
 
@@ -36,7 +32,9 @@ fn unsound_files_are_refused_with_the_place() {
     let mut millimetres = mesh.clone();
     millimetres.nodes.iter_mut().for_each(|p| *p *= 1000.0);
     let units = error(&millimetres.to_msh());
-    assert!(matches!(units, MshError::Units { extent_m } if (extent_m - 230.0).abs() < 1e-9), "{units}");
+    let MshError::Unsound { defect: MeshError::Units { extent_m }, .. } = units else { panic!("{units}") };
+    assert!((extent_m - 230.0).abs() < 1e-9);
+    assert!(!units.to_string().contains("in the file"), "no node is to blame: {units}");
     assert!(matches!(error(&good.replace("2.2 0 8", "2.2 1 8")), MshError::Unsupported { .. }));
     assert!(matches!(error(&good.replace("2.2 0 8", "4.0 0 8")), MshError::Unsupported { .. }));
     assert!(matches!(error(&good.replace("\"clamped\"", "\"glued\"")), MshError::NoGroup { group: "clamped", .. }));
@@ -48,18 +46,22 @@ fn unsound_files_are_refused_with_the_place() {
     lines[first_tetrahedron] = format!("{} 4 2 3 1 {} {} {} {}", words[0], words[6], words[5], words[7], words[8]);
     let number: u64 = words[0].parse().expect("a number");
     let inverted = error(&(lines.join("\n") + "\n"));
-    let MshError::Unsound { defect: MeshError::BadElement { .. }, element, .. } = inverted else {
+    let MshError::Unsound { defect: MeshError::BadElement { element: 0, .. }, elements, .. } = &inverted else {
         panic!("{inverted:?}")
     };
-    assert_eq!(element, Some(number));
+    assert_eq!(*elements, [number]);
+    let nodes: Vec<&str> = [6, 5, 7, 8].map(|i| words[i].as_str()).into();
+    let place = format!("(in the file: element {number}; nodes {})", nodes.join(", "));
+    assert!(inverted.to_string().ends_with(&place), "{inverted}");
     lines[first_tetrahedron] = format!("{number} 4 2 3 1 1 2 3 999");
     assert_eq!(error(&(lines.join("\n") + "\n")), MshError::UnknownNode { element: number, node: 999 });
     let with_stray = good.replace("$Nodes\n24\n", "$Nodes\n25\n77 0 0 0\n");
     let stray = error(&with_stray);
     assert!(
-        matches!(stray, MshError::Unsound { defect: MeshError::UnreferencedNode { .. }, node: Some(77), .. }),
+        matches!(&stray, MshError::Unsound { defect: MeshError::UnreferencedNode { .. }, nodes, .. } if *nodes == [77]),
         "{stray:?}"
     );
+    assert_eq!(stray.to_string(), "node 24 belongs to no element (in the file: node 77)");
 }
 
 #[test]
@@ -90,17 +92,4 @@ fn a_cached_sole_is_the_sole_and_a_wrong_one_is_refused() {
     let mut newer = bytes.clone();
     newer[8] = 99;
     assert!(matches!(SoleModel::from_bytes(&newer, settings.key()), Err(CacheError::Version { found: 99, .. })));
-}
-
-#[test]
-fn the_deformed_sole_is_written_for_vtk() {
-    let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [3, 2, 1]).expect("a box");
-    let material = Material { young_modulus_pa: 0.32e6, poisson_ratio: 0.31 };
-    let forces = vec![Vec3::new(0.0, 0.0, 10.0); mesh.contact.len()];
-    let text = deformed_sole_vtk(&mesh, &material, &Transform::identity(), &forces).expect("a picture");
-    for piece in ["UNSTRUCTURED_GRID", "POINTS 24", "CELLS 36 180", "displacement_m", "force_n"] {
-        assert!(text.contains(piece), "{piece} in\n{}", &text[..400]);
-    }
-    let error = deformed_sole_vtk(&mesh, &material, &Transform::identity(), &forces[1..]);
-    assert_eq!(error, Err(SoleError::Count { expected: 12, found: 11 }));
 }
