@@ -162,6 +162,6 @@ pub use estimate::{
 pub use ground::{Ground, Plane, Slope};
 pub use model::{CONTACT_POINTS_MAX, Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
 pub use nested::{NestedEstimator, NestedReport, NestedSettings};
-pub use pose_driven::{ContactReport, ContactStatus, PoseDrivenContact, PoseDrivenSettings};
+pub use pose_driven::{ContactReport, ContactStatus, FARTHEST_M, PoseDrivenContact, PoseDrivenSettings};
 pub use sole_mesh::{ContactSet, ElementQuality, Mesh, MeshError, MeshQuality, MshError, MshSets};
 pub use vtk::deformed_sole_vtk;

@@ -1,37 +1,46 @@
 //! The deformed sole as a VTK file, for ParaView and its relatives.
 
-use crate::{ElasticBody, Material, Mesh, SoleError};
+use crate::{ElasticBody, Material, Mesh, SoleError, SoleModel};
+use nalgebra::DVector;
 use spatial::{Transform, Vec3};
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, UnstructuredGridPiece, Version, VertexNumbers,
 };
 
+/// Farthest that a contact node of the picture may be from where the sole has it (m): thousands of times what rounding in the condensation
+/// makes of the largest displacement, and nothing that an eye could see.
+const DIFFERENCE_MAX_M: f64 = 1e-9;
+
 /// Legacy VTK text: tetrahedra at their deformed world positions, with `displacement_m` (of the sole relative to its rigid pose) and
 /// `force_n` (of the ground) at the nodes, both in world axes.
 ///
-/// `node_forces` are world forces on the mesh's contact nodes, in the order of [`Mesh::contact`] (levels with other contact points
-/// have no nodal forces to show). The interior follows from the elastic body, so it is factorised here: for pictures, not for ticks.
+/// `node_positions` (m) and `node_forces` (N) are those of a report about a sole of the level [`Level::Fem`](crate::Level::Fem), in the world
+/// and in the order of its contact points, `X_WS` its pose and `material` what it was built of. The contact nodes are drawn where the report
+/// has them; the interior follows from the elastic body, factorised here: for pictures, not for ticks.
 ///
 /// # Errors
-/// [`SoleError::Count`] when there is not one force per contact node; otherwise as [`ElasticBody::new`].
+/// [`SoleError::Count`] when there is not one position and force per contact node of a mesh; [`SoleError::OtherBody`] when the mesh's elastic body does
+/// not have its contact nodes there: points of other levels are no nodes, or have another compliance. Otherwise as [`ElasticBody::new`].
 #[allow(non_snake_case)]
 pub fn deformed_sole_vtk(
-    mesh: &Mesh,
+    model: &SoleModel,
     material: &Material,
     X_WS: &Transform,
+    node_positions: &[Vec3],
     node_forces: &[Vec3],
 ) -> Result<String, SoleError> {
-    if node_forces.len() != mesh.contact.len() {
-        return Err(SoleError::Count { expected: mesh.contact.len(), found: node_forces.len() });
+    let expected = model.contact_points().len();
+    let mesh = model.mesh().ok_or(SoleError::Count { expected: 0, found: expected })?;
+    for found in [mesh.contact.len(), node_positions.len(), node_forces.len()] {
+        if found != expected {
+            return Err(SoleError::Count { expected, found });
+        }
     }
-    let body = ElasticBody::new(mesh, material)?;
-    let mut in_sole = vec![Vec3::zeros(); mesh.nodes.len()];
-    let mut in_world = in_sole.clone();
+    let displacement = displacements(model, mesh, material, X_WS, node_positions)?;
+    let mut in_world = vec![Vec3::zeros(); mesh.nodes.len()];
     for (node, force) in mesh.contact.iter().zip(node_forces) {
-        in_sole[*node] = X_WS.rotation.tr_mul(force);
         in_world[*node] = *force;
     }
-    let displacement = body.displacement(&in_sole);
     let flat =
         |vectors: &mut dyn Iterator<Item = Vec3>| -> Vec<f64> { vectors.flat_map(|v| [v.x, v.y, v.z]).collect() };
     let points = flat(&mut mesh.nodes.iter().zip(&displacement).map(|(p, u)| X_WS.point(&(p + u))));
@@ -65,4 +74,37 @@ pub fn deformed_sole_vtk(
     let mut text = String::new();
     vtk.write_legacy_ascii(&mut text).expect("writing to a string does not fail");
     Ok(text)
+}
+
+/// Displacement of every node in the sole frame, such that the contact nodes are where they are said to be. The elastic forces behind it follow from
+/// the displacements and not from the reported forces, a part of which may be viscous.
+#[allow(non_snake_case)]
+fn displacements(
+    model: &SoleModel,
+    mesh: &Mesh,
+    material: &Material,
+    X_WS: &Transform,
+    node_positions: &[Vec3],
+) -> Result<Vec<Vec3>, SoleError> {
+    let X_SW = X_WS.inverse();
+    let points = model.contact_points().iter().zip(node_positions);
+    let known = DVector::from_iterator(
+        3 * node_positions.len(),
+        points.flat_map(|(p, at)| <[f64; 3]>::from(X_SW.point(at) - p)),
+    );
+    let elastic = model.stiffness() * known;
+    let mut force = vec![Vec3::zeros(); mesh.nodes.len()];
+    for (i, node) in mesh.contact.iter().enumerate() {
+        force[*node] = elastic.fixed_rows::<3>(3 * i).into();
+    }
+    let displacement = ElasticBody::new(mesh, material)?.displacement(&force);
+    let off =
+        |(node, at): (&usize, &Vec3)| (*node, (X_WS.point(&(mesh.nodes[*node] + displacement[*node])) - at).norm());
+    let worst = mesh.contact.iter().zip(node_positions).map(off).max_by(|a, b| a.1.total_cmp(&b.1));
+    match worst {
+        Some((node, difference_m)) if difference_m.is_nan() || difference_m > DIFFERENCE_MAX_M => {
+            Err(SoleError::OtherBody { node, difference_m })
+        }
+        _ => Ok(displacement),
+    }
 }

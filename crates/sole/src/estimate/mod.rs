@@ -155,7 +155,7 @@ impl StanceEstimator {
 
     /// Reasons not to try.
     fn check(&mut self, reference: &StanceReference) -> Option<Status> {
-        if !reference.is_finite() {
+        if !reference.is_believed() {
             return Some(Status::InvalidInput);
         }
         if !self.in_stance {

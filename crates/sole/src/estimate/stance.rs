@@ -108,6 +108,10 @@ impl Default for EstimatorSettings {
     }
 }
 
+/// Largest number of a reference that is believed, each in its own unit (N, m, s): the weight of a hundred thousand tonnes, or the way to the
+/// moon and back. Beyond 1e154 the norm of a force overflows, and every residual measured by it is zero.
+const LARGEST: f64 = 1e9;
+
 /// What the ground must do to one foot at this tick: the pattern's plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StanceReference {
@@ -129,12 +133,13 @@ impl StanceReference {
         Self { force, force_rate: Vec3::zeros(), force_acceleration: Vec3::zeros(), zmp: [zmp, zero, zero] }
     }
 
-    pub(super) fn is_finite(&self) -> bool {
+    /// Are its numbers such that a foot could meet them? NaN and infinity are not.
+    pub(super) fn is_believed(&self) -> bool {
         self.force
             .iter()
             .chain(self.force_rate.iter())
             .chain(self.force_acceleration.iter())
             .chain(self.zmp.iter().flat_map(|z| z.iter()))
-            .all(|x| x.is_finite())
+            .all(|x| x.abs() <= LARGEST)
     }
 }

@@ -51,7 +51,8 @@ pub enum ContactStatus {
     Solved,
     /// The laws are met no better than the reported residual says.
     NotConverged,
-    /// NaN or infinite pose, or a time step that is not positive; the report is unchanged, and so is the history.
+    /// NaN or infinite pose, one farther than [`FARTHEST_M`] from the world's origin, or a time step that is not positive; the report is
+    /// unchanged, and so is the history.
     InvalidInput,
 }
 
@@ -114,6 +115,9 @@ pub struct PoseDrivenContact {
     report: ContactReport,
 }
 
+/// Farthest coordinate of a pose that is believed (m). There a position has digits of 1e-11 m, and forces of 1e-5 N drown in them; squares of
+/// far larger ones overflow, and a foot deep in the ground would be without contact.
+pub const FARTHEST_M: f64 = 1e5;
 /// Columns of a packed right-hand side: the displacement itself and its six rates with the pose.
 const WIDTH: usize = 7;
 /// Rounding floors are this many units of the last place of the largest coordinate.
@@ -200,8 +204,9 @@ impl PoseDrivenContact {
     /// may be tried.
     #[allow(non_snake_case)]
     pub fn evaluate(&mut self, X_WS: &Transform, ground: &dyn Ground, dt_s: f64) -> &ContactReport {
-        let finite = X_WS.translation.iter().chain(X_WS.rotation.iter()).all(|x| x.is_finite());
-        if !finite || dt_s <= 0.0 || !dt_s.is_finite() {
+        let near = X_WS.translation.iter().all(|x| x.abs() <= FARTHEST_M);
+        let finite = X_WS.rotation.iter().all(|x| x.is_finite());
+        if !near || !finite || dt_s <= 0.0 || !dt_s.is_finite() {
             self.report.status = ContactStatus::InvalidInput;
             return &self.report;
         }

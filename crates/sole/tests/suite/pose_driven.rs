@@ -259,6 +259,11 @@ fn nonsense_is_refused_and_leaves_the_state_unharmed() {
         contact.evaluate(&pose(f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0), &Plane, 1e-3).status,
         ContactStatus::InvalidInput
     );
+    // Finite, but squares of it are not, and no point would seem to touch.
+    for z in [-1e6, -1e155, -1e300] {
+        let status = contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, z), &Plane, 1e-3).status;
+        assert_eq!(status, ContactStatus::InvalidInput, "{z} m");
+    }
     assert_eq!(contact.evaluate(&x, &Plane, 0.0).status, ContactStatus::InvalidInput);
     contact.commit();
     assert_eq!(contact.evaluate(&x, &Plane, 1e-3).wrench, good);

@@ -23,7 +23,7 @@ fn tight() -> EstimatorSettings {
     EstimatorSettings { tolerance: 1e-12, ..EstimatorSettings::default() }
 }
 
-fn laws_hold(model: &SoleModel, report: &StanceReport, load: f64) {
+pub(crate) fn laws_hold(model: &SoleModel, report: &StanceReport, load: f64) {
     // The default tolerance bounds both, down to rounding: 40 units of the last place of the coordinates times the stiffest point,
     // which a sole as hard as an aluminium plate shows.
     let reach = model.contact_points().iter().map(|p| p.norm()).fold(0.0, f64::max);
@@ -203,7 +203,12 @@ fn invalid_input_is_refused_and_leaves_the_history_unharmed() {
     let mut infinite = good;
     infinite.zmp[2].x = f64::INFINITY;
     assert_eq!(estimator.step(&infinite).status, Status::InvalidInput);
-    assert_eq!(estimator.report().age_ticks, 2);
+    // Finite, but its norm is not: every residual would be zero.
+    for force_n in [1e10, 1e155, 1e300] {
+        let heavy = StanceReference { force: Vec3::new(0.0, 0.0, force_n), ..good };
+        assert_eq!(estimator.step(&heavy).status, Status::InvalidInput, "{force_n} N");
+    }
+    assert_eq!(estimator.report().age_ticks, 5);
     let outside = StanceReference::constant(good.force, Vector2::new(0.2, 0.0));
     assert!(matches!(estimator.step(&outside).status, Status::ZmpOutsideSole { by_m } if (by_m - 0.085).abs() < 0.001));
     let pulling = StanceReference::constant(-good.force, good.zmp[0]);
@@ -213,6 +218,8 @@ fn invalid_input_is_refused_and_leaves_the_history_unharmed() {
     let next = estimator.step(&good).clone();
     assert_eq!(next.age_ticks, 0);
     assert_eq!(next.sole_pose, undisturbed.step(&good).sole_pose);
+    let heavy = StanceReference { force: Vec3::new(0.0, 0.0, 1e8), ..good };
+    assert!(!estimator.step(&heavy).status.is_solved(), "believed as a number, but no sole carries it");
 }
 
 #[test]
