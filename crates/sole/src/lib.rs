@@ -87,32 +87,40 @@
 //!
 //! `python3 tools/oracles/sole.py`: displacements differ from scikit-fem's by at most 2.1e-14 of the largest on four soles.
 //!
-//! `cargo run --profile bench -p sole --example speed_against_error -- plot.svg` (`docs/speed_against_error.svg`), the same stance, ankle error
-//! against 10,764 quadratic tetrahedra, tolerance 1e-9. Errors repeat exactly, times within a tenth, all but the build's:
+//! `cargo run --profile bench -p sole --example speed_against_error -- plot.svg` (`docs/speed_against_error.svg`), the same stance against
+//! 10,764 quadratic tetrahedra, tolerance 1e-9. *Pressure* is the way by which the vertical force would have to be moved along the sole to lie
+//! where the reference has it. Memory is counted by the allocator: while the compliance is condensed, and what model and estimator keep. Errors
+//! and memory repeat exactly, times within a tenth, all but the build's:
 //!
-//! | model | contacts | median us | p99 us | ankle rms / max mm | rms deg | build s | MB |
-//! |---|---|---|---|---|---|---|---|
-//! | rigid | 4 | 3 | 8 | 0.99 / 1.6 | 0.70 | 0 | 0 |
-//! | lumped | 4 | 3 | 10 | 0.21 / 0.37 | 0.19 | 0 | 0 |
-//! | Winkler 10 x 5 | 66 | 25 | 157 | 0.11 / 0.18 | 0.063 | 0 | 1 |
-//! | linear, 432 tets | 36 | 13 | 49 | 0.26 / 0.48 | 0.15 | 0 | 0.3 |
-//! | linear, 1512 tets (the paper's size) | 104 | 64 | 302 | 0.115 / 0.22 | 0.062 | 0 | 3 |
-//! | the same, all free surface nodes | 180 | 84 | 351 | 0.115 / 0.22 | 0.062 | 0.1 | 8 |
-//! | linear, 3456 tets | 170 | 173 | 978 | 0.078 / 0.15 | 0.042 | 0.1 | 7 |
-//! | linear, 10764 tets | 336 | 781 | 4998 | 0.046 / 0.09 | 0.024 | 0.4 | 28 |
-//! | linear, 24192 tets | 627 | 5429 | 34342 | 0.031 / 0.060 | 0.016 | 1.8 | 98 |
-//! | 6 x 5 patches of 10764 linear tets | 42 | 16 | 60 | 0.033 / 0.066 | 0.018 | 0.2 | 0.4 |
-//! | 6 x 5 patches of 24192 linear tets | 42 | 16 | 62 | 0.017 / 0.043 | 0.010 | 0.8 | 0.4 |
-//! | **quadratic, 432 tets** | 36 | 13 | 50 | **0.013 / 0.037** | 0.010 | 0.1 | 0.3 |
-//! | **quadratic, 1512 tets** | 104 | 66 | 348 | **0.004 / 0.010** | 0.003 | 0.3 | 3 |
+//! | model | contacts | median us | p99 us | ankle rms / max mm | rms deg | pressure rms mm | build s | build MB | kept MB |
+//! |---|---|---|---|---|---|---|---|---|---|
+//! | rigid | 4 | 3 | 9 | 0.99 / 1.6 | 0.70 | 26 | 0 | 0.1 | 0.1 |
+//! | lumped | 4 | 3 | 9 | 0.21 / 0.37 | 0.19 | 7.9 | 0 | 10 | 0.1 |
+//! | Winkler 10 x 5 | 66 | 25 | 156 | 0.11 / 0.18 | 0.063 | 2.6 | 0 | 10 | 1.3 |
+//! | linear, 432 tets | 36 | 13 | 51 | 0.26 / 0.48 | 0.15 | 2.4 | 0 | 2.4 | 0.4 |
+//! | linear, 1512 tets (the paper's size) | 104 | 65 | 318 | 0.115 / 0.22 | 0.062 | 2.0 | 0 | 10 | 3.0 |
+//! | the same, tolerance 1e-3 | 104 | 51 | 263 | 0.115 / 0.22 | 0.062 | 2.0 | | | |
+//! | the same, tolerance 1e-6 | 104 | 59 | 274 | 0.115 / 0.22 | 0.062 | 2.0 | | | |
+//! | the same, tolerance 1e-12 | 104 | 72 | 365 | 0.115 / 0.22 | 0.062 | 2.0 | | | |
+//! | the same, all free surface nodes | 180 | 92 | 395 | 0.115 / 0.22 | 0.062 | 2.0 | 0.1 | 13 | 8.5 |
+//! | linear, 3456 tets | 170 | 170 | 1020 | 0.078 / 0.15 | 0.042 | 1.9 | 0.1 | 19 | 7.6 |
+//! | linear, 10764 tets | 336 | 773 | 5302 | 0.046 / 0.09 | 0.024 | 1.9 | 0.4 | 76 | 29 |
+//! | linear, 24192 tets | 627 | 6747 | 36043 | 0.031 / 0.060 | 0.016 | 1.9 | 2.3 | 196 | 100 |
+//! | 6 x 5 patches of 10764 linear tets | 42 | 17 | 75 | 0.033 / 0.066 | 0.018 | 2.8 | 0.2 | 76 | 0.9 |
+//! | 6 x 5 patches of 24192 linear tets | 42 | 17 | 67 | 0.017 / 0.043 | 0.010 | 2.8 | 0.9 | 163 | 1.4 |
+//! | **quadratic, 432 tets** | 36 | 15 | 55 | **0.013 / 0.037** | 0.010 | 3.8 | 0 | 21 | 0.4 |
+//! | **quadratic, 1512 tets** | 104 | 73 | 379 | **0.004 / 0.010** | 0.003 | 3.6 | 0.3 | 85 | 3.0 |
+//!
+//! No pressure is nearer than 1.9 mm, because the contact points of quadratic elements, the reference's too, are means that stand inside the
+//! sole's edge, those of linear ones on it: below that the column says how fine the grid is, not how right.
 //!
 //! The finest linear mesh walks every tick on all its 627 bottom nodes, but not at 200 Hz: its worst ticks take seven periods. Nor is that
 //! needed: 42 patches of the same mesh are within 0.02 mm of it, and linear elements approach the truth slowly (0.115, 0.078, 0.046, 0.031 mm: with
 //! the first power of their size; `tests/suite/stances.rs`).
 //! So the error of the paper's mesh is the stiffness of linear elements, not the number of contacts: quadratic elements cost nothing in the tick and
 //! take it away; 36 of their contacts are nine times more accurate than 104 linear ones in a quarter of the time. (The reference is of the same
-//! family; the patches of ever finer *linear* meshes approach it too: 0.033, 0.017 mm.) The tolerance of the iteration, 1e-3 to 1e-12, changes nothing that
-//! is visible here, and the side faces never touch: the bottom face suffices as contact set, to all digits shown.
+//! family; the patches of ever finer *linear* meshes approach it too: 0.033, 0.017 mm.) The tolerance of the iteration, 1e-3 to
+//! 1e-12, moves the ankle by less than a thousandth of a millimetre, and the side faces never touch: the bottom face suffices as contact set, to all digits shown.
 //!
 //! *Single precision does not pay.* `cargo run --profile bench -p sole --example single_precision` repeats the stance's landings and lift-offs on
 //! `K_c` in both precisions, forces and pose against the estimator's (worst tick above 5 N, us per tick, two runs equal to 0.4 us):
