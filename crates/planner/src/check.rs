@@ -3,6 +3,7 @@
 use gait::{CheckReport, GaitSettings, Plan, Quantity, Worst};
 use pattern::Side;
 use robot::Robot;
+use std::path::PathBuf;
 
 use crate::findings::{amount, place};
 use crate::reach::{LegsError, RobotLegs};
@@ -11,6 +12,8 @@ use crate::reach::{LegsError, RobotLegs};
 const GRID_S: f64 = 1e-3;
 /// Share of the friction that a plan may use: towards 1 the distance a sole slides grows without bound.
 const FRICTION_USE_MAX: f64 = 0.99;
+/// Masses that agree to this part are the same: a robot is weighed to some hundred grams, and batteries differ.
+const SAME_MASS: f64 = 0.01;
 /// Names of a leg's joints, from the hip.
 pub(crate) const JOINTS: [&str; 6] = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"];
 
@@ -20,6 +23,19 @@ pub enum NotWalkable {
     /// The legs are not known.
     #[error(transparent)]
     Legs(#[from] LegsError),
+    /// The walk is planned for another mass than the robot's.
+    #[error(
+        "gait.body.mass_kg = {found}, but the robot of {} has {expected:.3} kg: the forces would be planned for another body; change one of them",
+        .file.display()
+    )]
+    Mass {
+        /// What the planner's configuration says (kg).
+        found: f64,
+        /// What the links of the robot sum up to (kg).
+        expected: f64,
+        /// Where.
+        file: PathBuf,
+    },
     /// A constraint that the plan was made for is broken between the samples of the problem.
     #[error(
         "the plan is {} {}, more than {max_m} m: raise gait.discretisation.samples_per_polynomial (or constraint_violation_max_m)",
@@ -150,6 +166,11 @@ pub(crate) fn check(
     violation_max_m: f64,
 ) -> Result<CheckReport, NotWalkable> {
     let legs = RobotLegs::new(robot)?;
+    let (found, expected) = (gait.body.mass_kg, legs.mass_kg());
+    let same = (found - expected).abs() <= SAME_MASS * expected;
+    if !same {
+        return Err(NotWalkable::Mass { found, expected, file: robot.folder.join(&robot.description.urdf) });
+    }
     let report = gait::check(plan, gait, GRID_S, Some(&legs));
     let worst = |quantity: Quantity| report.worst.iter().find(|worst| worst.quantity == quantity);
     // Comparisons are written so that a value that is not a number is refused.
@@ -200,6 +221,14 @@ mod tests {
         let changes: Vec<Setting> = changes.iter().map(|text| text.parse().expect("a setting")).collect();
         let settings: PlannerSettings = scenario::load(&file, &changes).expect("the configuration that ships is read");
         crate::plan(&settings)
+    }
+
+    #[test]
+    fn a_walk_for_another_mass_is_refused() {
+        assert!(plan(&["gait.body.mass_kg=39.3"]).is_ok(), "as good as the same");
+        let refused = plan(&["gait.body.mass_kg=31.75"]).expect_err("another robot's").to_string();
+        assert!(refused.contains("body.mass_kg = 31.75") && refused.contains("39.000 kg"), "{refused}");
+        assert!(refused.contains("hrp4.urdf"), "{refused}");
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub struct RobotLegs {
     legs: [LegGeometry; 2],
     limits: [[Limits; 6]; 2],
     base_from_com: Vec3,
+    mass_kg: f64,
 }
 
 /// Why the legs are not known.
@@ -53,7 +54,18 @@ impl RobotLegs {
             Ok::<_, LegsError>((geometry, joints.map(|joint| model.joints()[joint.0].limits)))
         };
         let (left, right) = (leg(0, "left")?, leg(1, "right")?);
-        Ok(Self { legs: [left.0, right.0], limits: [left.1, right.1], base_from_com: -com_in_base(&model, robot) })
+        Ok(Self {
+            legs: [left.0, right.0],
+            limits: [left.1, right.1],
+            base_from_com: -com_in_base(&model, robot),
+            mass_kg: model.total_mass_kg(),
+        })
+    }
+
+    /// Mass of the whole robot (kg).
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg
     }
 }
 
