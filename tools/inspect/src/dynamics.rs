@@ -153,6 +153,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         door::write(&example(&["joint"], 7))?;
         return Ok(Outcome::Solved);
     };
+    anyhow::ensure!(
+        arguments.gravity.iter().all(|g| g.is_finite()),
+        "--gravity {:?}: finite numbers expected",
+        arguments.gravity
+    );
     let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
     let options = ModelOptions {
         base: if arguments.fixed_base { Base::Fixed } else { Base::Floating },

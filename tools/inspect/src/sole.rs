@@ -78,7 +78,7 @@ pub struct Arguments {
     /// The right foot's sole: the mirror image.
     #[arg(long)]
     mirrored: bool,
-    /// Write the deformed sole of the last tick as legacy VTK.
+    /// Write the deformed sole of the last tick as legacy VTK; level fem only.
     #[arg(long, value_name = "F.vtk")]
     vtk: Option<PathBuf>,
     /// Print a complete input to start from, and stop.

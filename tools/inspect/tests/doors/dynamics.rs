@@ -53,6 +53,7 @@ fn wrong_questions_are_refused() {
     ask(r#"{"states": [{"base_quaternion_xyzw": [0, 0, 0, 0]}]}"#).assert_refused(&["not a rotation"]);
     ask(r#"{"states": [{"angles": {}}]}"#).assert_refused(&["unknown field `angles`"]);
     inspect(&["dynamics", "--robot", "/nowhere.urdf"], "{}").assert_refused(&["/nowhere.urdf: cannot be read"]);
+    inspect(&["dynamics", "--robot", &robot, "--gravity", "0", "0", "nan"], "{}").assert_refused(&["--gravity"]);
     inspect(&["dynamics"], "{}").assert_refused(&["--robot"]);
     inspect(&["dynamics", "--robot", &robot, "--frames", "tail"], "{}").assert_refused(&["tail"]);
     inspect(&["dynamics", "--robot", &robot, "--lock", "R_KNEE_P=bent"], "{}").assert_refused(&["not a number"]);

@@ -45,5 +45,8 @@ fn wrong_questions_are_refused() {
     ask(r#"{"P": [[1, 0], [0, 1]], "c": [0, 1], "lb": [0]}"#).assert_refused(&["lb: 2 numbers expected, 1 found"]);
     ask(r#"{"P": [[1, 0]], "c": [0]}"#).assert_refused(&["P: 1 rows of 2 entries"]);
     ask(r#"{"P": [[1]], "c": [0], "Q": []}"#).assert_refused(&["what this subcommand expects"]);
+    for tolerance in ["nan", "0", "inf"] {
+        inspect(&["qp", "--tolerance", tolerance], &example("qp")).assert_refused(&["--tolerance", "must be positive"]);
+    }
     inspect(&["qp", "--backend", "magic"], "").assert_refused(&["magic", "active-set", "clarabel"]);
 }
