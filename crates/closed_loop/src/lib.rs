@@ -62,7 +62,7 @@ impl ClosedLoop {
         controller.take_pattern(&planned.header, &planned.phases)?;
         let unplaced = simulator.unplaced();
         let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced)?;
-        let now = simulator.place(&command);
+        let now = simulator.place(&command).context("simulator")?;
         Ok(Self { planned, estimator, controller, simulator, now })
     }
 

@@ -14,7 +14,7 @@ use spatial::{Mat3, Vec3, so3};
 use std::collections::VecDeque;
 use std::fmt;
 
-use crate::settings::{ControllerError, wrong};
+use crate::settings::{ControllerError, positive, wrong};
 
 /// What counts as standing still.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -55,6 +55,8 @@ impl Default for SettleSettings {
 
 /// Longest window (s): its samples are kept.
 const WINDOW_MAX_S: f64 = 10.0;
+/// Longest time to be waited for (s): eleven days.
+const TIME_MAX_S: f64 = 1e6;
 /// Longest lead (ticks): ten seconds.
 const LEAD_MAX_TICKS: u32 = 2000;
 
@@ -67,19 +69,17 @@ impl SettleSettings {
             ("settle.load_share_error_max", self.load_share_error_max),
             ("settle.weight_error_max", self.weight_error_max),
         ] {
-            if !(found > 0.0 && found.is_finite()) {
-                return Err(wrong(key, found, "positive and finite"));
-            }
+            positive(key, found)?;
         }
         // The comparisons are false for what is not a number.
         if !(2.0 * period_s..=WINDOW_MAX_S).contains(&self.window_s) {
             return Err(wrong("settle.window_s", self.window_s, "two control periods (0.01) to 10"));
         }
-        if !(self.duration_s >= 0.0 && self.duration_s.is_finite()) {
-            return Err(wrong("settle.duration_s", self.duration_s, "zero or positive and finite"));
+        if !(0.0..=TIME_MAX_S).contains(&self.duration_s) {
+            return Err(wrong("settle.duration_s", self.duration_s, "0 to 1e6"));
         }
-        if !(self.time_max_s > self.window_s + self.duration_s && self.time_max_s.is_finite()) {
-            return Err(wrong("settle.time_max_s", self.time_max_s, "finite and longer than window_s + duration_s"));
+        if !(self.time_max_s > self.window_s + self.duration_s && self.time_max_s <= TIME_MAX_S) {
+            return Err(wrong("settle.time_max_s", self.time_max_s, "longer than window_s + duration_s, at most 1e6"));
         }
         if self.lead_ticks > LEAD_MAX_TICKS {
             return Err(wrong("settle.lead_ticks", f64::from(self.lead_ticks), "at most 2000"));

@@ -108,8 +108,8 @@ impl ControllerProcess {
     /// # Errors
     /// [`ControllerError`] names file, field and value.
     pub fn new(settings: &ControllerSettings) -> Result<Self, ControllerError> {
+        settings.check()?;
         let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
-        settings.settle.check(CONTROL_PERIOD_S)?;
         let (model, joints) = walking_model(&robot)?;
         let whole_body_settings = settings.whole_body(&robot, &model)?;
         if joints.interface_count() > MAX_JOINTS {

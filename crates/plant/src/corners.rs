@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use sole::Ground;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench, so3};
 
-use crate::settings::{SettingsError, not_negative, positive};
+use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// Four stiff corners.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -58,6 +58,9 @@ impl CornerSettings {
             ("tangential_stiffness_n_per_m", self.tangential_stiffness_n_per_m),
         ] {
             positive(&format!("{path}.{name}"), value)?;
+        }
+        for (axis, value) in self.ankle_in_sole_m.into_iter().enumerate() {
+            in_range(&format!("{path}.ankle_in_sole_m[{axis}]"), value)?;
         }
         not_negative(&format!("{path}.viscosity_time_s"), self.viscosity_time_s)?;
         not_negative(&format!("{path}.friction"), self.friction)

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{SettingsError, not_negative, positive};
+use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// A force on a point of a link during a window of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,8 +38,9 @@ impl Push {
     pub(crate) fn check(&self, index: usize) -> Result<(), SettingsError> {
         positive(&format!("pushes[{index}].duration_s"), self.duration_s)?;
         not_negative(&format!("pushes[{index}].start_s"), self.start_s)?;
-        for value in self.force_n.iter().chain(&self.point_in_link_m) {
-            not_negative(&format!("pushes[{index}] (magnitudes)"), value.abs())?;
+        for axis in 0..3 {
+            in_range(&format!("pushes[{index}].force_n[{axis}]"), self.force_n[axis])?;
+            in_range(&format!("pushes[{index}].point_in_link_m[{axis}]"), self.point_in_link_m[axis])?;
         }
         Ok(())
     }

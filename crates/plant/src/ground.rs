@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use sole::Ground;
 use spatial::Vec3;
 
-use crate::settings::{SettingsError, not_negative, positive};
+use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// The floor: its shape, and places with other friction.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -78,6 +78,10 @@ impl GroundSettings {
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         for (i, patch) in self.friction_patches.iter().enumerate() {
             not_negative(&format!("ground.friction_patches[{i}].factor"), patch.factor)?;
+            for axis in 0..2 {
+                in_range(&format!("ground.friction_patches[{i}].lower_m[{axis}]"), patch.lower_m[axis])?;
+                in_range(&format!("ground.friction_patches[{i}].upper_m[{axis}]"), patch.upper_m[axis])?;
+            }
         }
         self.shape.check()
     }
@@ -86,10 +90,27 @@ impl GroundSettings {
 impl GroundShape {
     fn check(&self) -> Result<(), SettingsError> {
         match self {
-            Self::Flat | Self::Slope { .. } => Ok(()),
-            Self::Steps { tread_m, .. } => positive("ground.shape.tread_m", *tread_m),
-            Self::Bumps { length_m, .. } => positive("ground.shape.length_m", *length_m),
-            Self::HeightField { spacing_m, columns, heights_m, .. } => {
+            Self::Flat => Ok(()),
+            Self::Slope { rise_x, rise_y } => {
+                in_range("ground.shape.rise_x", *rise_x)?;
+                in_range("ground.shape.rise_y", *rise_y)
+            }
+            Self::Steps { start_x_m, tread_m, rise_m, .. } => {
+                in_range("ground.shape.start_x_m", *start_x_m)?;
+                in_range("ground.shape.rise_m", *rise_m)?;
+                positive("ground.shape.tread_m", *tread_m)
+            }
+            Self::Bumps { height_m, length_m } => {
+                in_range("ground.shape.height_m", *height_m)?;
+                positive("ground.shape.length_m", *length_m)
+            }
+            Self::HeightField { origin_m, spacing_m, columns, heights_m } => {
+                for (axis, value) in origin_m.iter().enumerate() {
+                    in_range(&format!("ground.shape.origin_m[{axis}]"), *value)?;
+                }
+                for (i, height_m) in heights_m.iter().enumerate() {
+                    in_range(&format!("ground.shape.heights_m[{i}]"), *height_m)?;
+                }
                 positive("ground.shape.spacing_m", *spacing_m)?;
                 positive("ground.shape.columns", *columns as f64)?;
                 let rows = heights_m.len() / columns;

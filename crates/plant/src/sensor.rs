@@ -12,7 +12,10 @@ use serde::{Deserialize, Serialize};
 use spatial::{Mat3, Vec3, Wrench, so3};
 
 use crate::noise::Noise;
-use crate::settings::{SettingsError, not_negative};
+use crate::settings::{SettingsError, at_most, in_range, not_negative};
+
+/// Longest delay (ticks): its samples are kept.
+const DELAY_MAX_TICKS: usize = 1000;
 
 /// Errors of the sensors; all zero by default. Noise is a standard deviation per tick, bias a constant per axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -63,6 +66,24 @@ impl SensorSettings {
             ("foot_moment_noise_nm", self.foot_moment_noise_nm),
         ] {
             not_negative(&format!("sensors.{name}"), value)?;
+        }
+        at_most("sensors.delay_ticks", self.delay_ticks as f64, DELAY_MAX_TICKS as f64)?;
+        let biases = [
+            ("acceleration_bias_m_per_s2", self.acceleration_bias_m_per_s2),
+            ("gyro_bias_rad_per_s", self.gyro_bias_rad_per_s),
+            ("orientation_bias_rad", self.orientation_bias_rad),
+            ("foot_force_bias_n[0]", self.foot_force_bias_n[0]),
+            ("foot_force_bias_n[1]", self.foot_force_bias_n[1]),
+            ("foot_moment_bias_nm[0]", self.foot_moment_bias_nm[0]),
+            ("foot_moment_bias_nm[1]", self.foot_moment_bias_nm[1]),
+        ];
+        for (name, bias) in biases {
+            for (axis, value) in bias.into_iter().enumerate() {
+                in_range(&format!("sensors.{name}[{axis}]"), value)?;
+            }
+        }
+        for (axis, value) in self.foot_vertical_force_per_moment_n_per_nm.into_iter().enumerate() {
+            in_range(&format!("sensors.foot_vertical_force_per_moment_n_per_nm[{axis}]"), value)?;
         }
         Ok(())
     }

@@ -154,21 +154,47 @@ impl Default for RestSettings {
 /// A setting that cannot be.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// A number that has to be positive (and finite) is not.
-    #[error("{field} has to be positive and finite, it is {value}")]
+    /// A number that has to be positive is not, or is larger than anything here can be.
+    #[error("{field} has to be positive and at most {SETTING_MAX:e}, it is {value}")]
     NotPositive {
         /// Path of the field.
         field: String,
         /// What it was.
         value: f64,
     },
-    /// A number that may be zero but not less is negative or not finite.
-    #[error("{field} has to be zero or positive and finite, it is {value}")]
+    /// A number that may be zero but not less is negative, or larger than anything here can be.
+    #[error("{field} has to be zero or positive and at most {SETTING_MAX:e}, it is {value}")]
     Negative {
         /// Path of the field.
         field: String,
         /// What it was.
         value: f64,
+    },
+    /// A number of either sign is not finite, or larger than anything here can be.
+    #[error("{field} has to lie between -{SETTING_MAX:e} and {SETTING_MAX:e}, it is {value}")]
+    NotInRange {
+        /// Path of the field.
+        field: String,
+        /// What it was.
+        value: f64,
+    },
+    /// A number is larger than its memory or time allow.
+    #[error("{field} has to be at most {largest}, it is {value}")]
+    TooLarge {
+        /// Path of the field.
+        field: String,
+        /// What it was.
+        value: f64,
+        /// Largest value.
+        largest: f64,
+    },
+    /// So many steps in a control period that a run would not end.
+    #[error("step.step_s = {step_s} s makes {steps:e} steps of a control period, at most {STEPS_MAX} are taken")]
+    StepTooShort {
+        /// Wanted step (s).
+        step_s: f64,
+        /// How many they would be.
+        steps: f64,
     },
     /// A step longer than the control period.
     #[error("step.step_s = {step_s} s is longer than step.control_period_s = {control_period_s} s")]
@@ -190,18 +216,40 @@ pub enum SettingsError {
     },
 }
 
+/// Nothing that is set here, in SI units, is larger: stiff contacts have 1e8 N/m. Beyond it sums and products of settings would overflow.
+const SETTING_MAX: f64 = 1e9;
+/// Integration steps per control period: 5 microseconds each.
+const STEPS_MAX: f64 = 1000.0;
+/// Newton steps per integration step.
+const NEWTON_STEPS_MAX: f64 = 1000.0;
+
 pub(crate) fn positive(field: &str, value: f64) -> Result<(), SettingsError> {
-    if value > 0.0 && value.is_finite() {
+    if value > 0.0 && value <= SETTING_MAX {
         return Ok(());
     }
     Err(SettingsError::NotPositive { field: field.to_owned(), value })
 }
 
 pub(crate) fn not_negative(field: &str, value: f64) -> Result<(), SettingsError> {
-    if value >= 0.0 && value.is_finite() {
+    if (0.0..=SETTING_MAX).contains(&value) {
         return Ok(());
     }
     Err(SettingsError::Negative { field: field.to_owned(), value })
+}
+
+/// Of either sign.
+pub(crate) fn in_range(field: &str, value: f64) -> Result<(), SettingsError> {
+    if value.abs() <= SETTING_MAX {
+        return Ok(());
+    }
+    Err(SettingsError::NotInRange { field: field.to_owned(), value })
+}
+
+pub(crate) fn at_most(field: &str, value: f64, largest: f64) -> Result<(), SettingsError> {
+    if value <= largest {
+        return Ok(());
+    }
+    Err(SettingsError::TooLarge { field: field.to_owned(), value, largest })
 }
 
 impl PlantSettings {
@@ -215,8 +263,13 @@ impl PlantSettings {
         positive("step.step_s", step_s)?;
         positive("step.force_tolerance_n", force_tolerance_n)?;
         positive("step.newton_steps_max", newton_steps_max as f64)?;
+        at_most("step.newton_steps_max", newton_steps_max as f64, NEWTON_STEPS_MAX)?;
         if step_s > control_period_s {
             return Err(SettingsError::StepTooLong { step_s, control_period_s });
+        }
+        let steps = control_period_s / step_s;
+        if steps > STEPS_MAX {
+            return Err(SettingsError::StepTooShort { step_s, steps });
         }
         not_negative("contact.viscosity_time_s", self.contact.viscosity_time_s)?;
         positive("contact.tolerance", self.contact.tolerance)?;

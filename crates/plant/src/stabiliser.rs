@@ -271,7 +271,9 @@ impl Stabiliser {
         // s = willing (d . lambda), m_i = a_i lambda:  (willing d d^T + sum a_i) lambda = f (p_d - p_ref)
         let system = willing * between * between.transpose() + Matrix2::identity() * (shares[0] + shares[1]);
         let lambda = system.try_inverse().map_or(Vector2::zeros(), |inverse| inverse * shift * total);
-        let moved = (willing * between.dot(&lambda)).clamp(-plan.feet[0].force.z, plan.feet[1].force.z);
+        // A plan may have forces of rounding below zero: a foot that carries nothing gives nothing away.
+        let [left, right] = plan.feet.map(|foot| foot.force.z.max(0.0));
+        let moved = (willing * between.dot(&lambda)).clamp(-left, right);
 
         std::array::from_fn(|i| {
             let (foot, leg) = (&plan.feet[i], &self.legs[i]);

@@ -1,7 +1,7 @@
 //! Configuration as people write it: typed TOML in layers, and scenarios that combine it.
 //!
 //! A process has one configuration file (`config/planner.toml`) in which every key and its default is documented. A **scenario**
-//! names the files and changes single keys; `--set planner.gait.lambda=0.8` changes single keys once more. The layers are merged
+//! names the files and changes single keys; `--set planner.gait.cost.lambda=0.8` changes single keys once more. The layers are merged
 //! table by table, then read into the process's settings. Everything wrong is an error that names file, line, key, what was
 //! expected and what to do; unknown keys are errors and the nearest known one is suggested. The settings' types must deny unknown
 //! fields (`#[serde(deny_unknown_fields)]`).
@@ -13,7 +13,7 @@
 //!
 //! [planner]
 //! config = "../planner.toml"     # the base; everything else in this table replaces its keys
-//! gait.lambda = 0.8
+//! gait.cost.lambda = 0.8
 //!
 //! [recorder]
 //! config = "../recorder.toml"

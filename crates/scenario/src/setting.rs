@@ -12,9 +12,12 @@ pub struct Setting {
     pub value: Value,
 }
 
+/// A setting that can be copied: a key of the planner that ships.
+const EXAMPLE: &str = "planner.gait.cost.lambda=0.8";
+
 /// What is no setting.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
-#[error("`{found}` is no setting: write KEY=VALUE, like planner.gait.lambda=0.8")]
+#[error("`{found}` is no setting: write KEY=VALUE, like {EXAMPLE}")]
 pub struct SettingError {
     /// What was given.
     pub found: String,

@@ -125,6 +125,25 @@ fn settings_are_toml_values_or_else_texts() {
     assert!("a..b=1".parse::<Setting>().is_err());
 }
 
+#[test]
+fn the_example_of_a_setting_is_a_key_that_ships() {
+    let said = "nothing".parse::<Setting>().expect_err("no setting").to_string();
+    let example: Setting = said.rsplit(' ').next().expect("it ends with the example").parse().expect("a setting");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/scenarios/flat.toml");
+    let shipped = |settings: &[Setting]| {
+        let scenario = Scenario::load(&path, settings).expect("it ships");
+        scenario.config("planner").expect("on").table().clone()
+    };
+    let find = |table: &toml::Table| {
+        let first = toml::Value::Table(table.clone());
+        example.key[1..].iter().try_fold(first, |value, part| value.get(part).cloned())
+    };
+    assert_eq!(example.key[0], "planner");
+    let before = find(&shipped(&[])).expect("the key is in the configuration that ships");
+    let after = find(&shipped(std::slice::from_ref(&example))).expect("still");
+    assert!(before != after && after == example.value, "{before} becomes {after}");
+}
+
 struct Files(tempfile::TempDir);
 
 impl Files {

@@ -41,6 +41,8 @@ pub struct Figures {
     pub distance_m: f64,
     /// Commands that did not come in time.
     pub late: u64,
+    /// Commands that no robot could follow.
+    pub refused: u64,
     /// Control periods in which integration or contact did not reach its tolerance.
     pub unconverged: u64,
 }

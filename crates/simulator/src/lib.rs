@@ -13,11 +13,13 @@
 //! The run is over when the controller says that the walk is finished and some time has passed, or when the robot falls.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
+mod command;
 mod convert;
 mod figures;
 mod settings;
 mod step;
 
+pub use command::ImpossibleCommand;
 pub use figures::{Figures, Spread};
 pub use settings::{RunSettings, SimulatorError, SimulatorSettings};
 pub use step::{SimulatorOutput, SimulatorProcess};

@@ -48,7 +48,8 @@ impl Program for Simulate {
         }
         states.publish(&self.process.unplaced())?;
         let Some(placing) = shell.wait_tick(&mut commands, -1)? else { return Ok(End::Asked) };
-        let mut output = self.process.place(&placing);
+        let placed = self.process.place(&placing);
+        let mut output = placed.map_err(|error| Failure::safety(Reason::Infeasible, error))?;
         loop {
             let tick = output.state.header.tick;
             states.publish(&output.state)?;
@@ -94,7 +95,7 @@ impl Simulate {
         health.late = figures.late;
         health.solver_iterations = output.truth.contact_iterations;
         health.reason = output.over.unwrap_or(Reason::None).code();
-        health.values[..7].copy_from_slice(&[
+        health.values[..8].copy_from_slice(&[
             figures.com_error_m.rms(),
             figures.com_error_m.max,
             figures.zmp_error_m.rms(),
@@ -102,6 +103,7 @@ impl Simulate {
             figures.base_tilt_rad.max,
             figures.unconverged as f64,
             f64::from(output.truth.fall_cause),
+            figures.refused as f64,
         ]);
     }
 }

@@ -76,6 +76,26 @@ pub enum SimulatorError {
         /// The description of the sole.
         file: PathBuf,
     },
+    /// Processes that disagree about the tick.
+    #[error(
+        "plant.step.control_period_s = {found}, but every process has a tick of {} s: remove the key",
+        messages::CONTROL_PERIOD_S
+    )]
+    ControlPeriod {
+        /// What the configuration says (s).
+        found: f64,
+    },
+    /// A time that cannot be waited for.
+    #[error("run.{field} has to be zero or positive and at most {RUN_MAX_S:e}, it is {found}")]
+    RunTime {
+        /// Key in the section `run`.
+        field: &'static str,
+        /// What it says (s).
+        found: f64,
+    },
+    /// A setting of the plant.
+    #[error("plant.{0}")]
+    PlantSettings(#[source] plant::SettingsError),
     /// Its soles.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
@@ -86,6 +106,9 @@ pub enum SimulatorError {
     #[error("plant: {0}")]
     Plant(#[from] plant::PlantError),
 }
+
+/// Longest time to be waited for (s): eleven days.
+const RUN_MAX_S: f64 = 1e6;
 
 /// Names of what the plant must know.
 pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
@@ -100,6 +123,24 @@ pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
 }
 
 impl SimulatorSettings {
+    /// Is every value one that can be?
+    pub(crate) fn check(&self) -> Result<(), SimulatorError> {
+        for (field, found) in
+            [("after_walk_s", self.run.after_walk_s), ("settle_time_max_s", self.run.settle_time_max_s)]
+        {
+            if !(0.0..=RUN_MAX_S).contains(&found) {
+                return Err(SimulatorError::RunTime { field, found });
+            }
+        }
+        self.sole.check()?;
+        self.plant.check().map_err(SimulatorError::PlantSettings)?;
+        let found = self.plant.step.control_period_s;
+        if found != messages::CONTROL_PERIOD_S {
+            return Err(SimulatorError::ControlPeriod { found });
+        }
+        Ok(())
+    }
+
     /// Does the stabiliser, if there is one, keep to what the sole carries?
     pub(crate) fn check_stabiliser(&self, robot: &Robot) -> Result<(), SimulatorError> {
         let stabiliser = &self.plant.stabiliser;

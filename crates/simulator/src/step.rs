@@ -1,13 +1,14 @@
 //! The process: commands in, states out.
 
 use messages::code::{Mode, Reason};
-use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, Plain, Plan, RobotCommand, RobotState, Truth, WalkStart};
+use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, Plan, RobotCommand, RobotState, Truth, WalkStart};
 use nalgebra::DVector;
 use plant::{Plant, PlantCommand, PlantSole, PlantSoleSettings};
 use robot::{JointMap, Robot};
 use robot_model::walking_model;
 use soles::Store;
 
+use crate::command::{ImpossibleCommand, check_command};
 use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
 use crate::figures::Figures;
 use crate::settings::{SimulatorError, SimulatorSettings, frames};
@@ -62,7 +63,7 @@ impl SimulatorProcess {
     /// # Errors
     /// [`SimulatorError`] names file, field and value.
     pub fn with_store(settings: SimulatorSettings, store: &mut Store) -> Result<Self, SimulatorError> {
-        settings.sole.check()?;
+        settings.check()?;
         let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
         settings.check_stabiliser(&robot)?;
         let (model, joints) = walking_model(&robot)?;
@@ -112,12 +113,16 @@ impl SimulatorProcess {
     }
 
     /// Puts the robot where the answer to state -1 wants it; returns state 0.
-    pub fn place(&mut self, command: &RobotCommand) -> SimulatorOutput {
+    ///
+    /// # Errors
+    /// [`ImpossibleCommand`]: there is no such place.
+    pub fn place(&mut self, command: &RobotCommand) -> Result<SimulatorOutput, ImpossibleCommand> {
+        check_command(command, self.joints.interface_count())?;
         self.plant.place(&configuration(command, &self.joints, self.joint_count));
         self.taken = Some(*command);
         self.reached = Some(command.plan);
         self.tick = 0;
-        self.output()
+        Ok(self.output())
     }
 
     /// Takes time zero.
@@ -125,10 +130,16 @@ impl SimulatorProcess {
         self.start = Some(*start);
     }
 
-    /// Takes the answer to a state; one of the past is not used.
+    /// Takes the answer to a state. One of the past is not used, and one that no robot could follow is counted as refused: the command
+    /// before stays.
     pub fn take_command(&mut self, command: &RobotCommand) {
         let newer = self.taken.is_none_or(|taken| command.header.tick > taken.header.tick);
-        if newer && command.header.robot_fingerprint == self.robot_fingerprint && command.all_finite() {
+        if !newer || command.header.robot_fingerprint != self.robot_fingerprint {
+            return;
+        }
+        if check_command(command, self.joints.interface_count()).is_err() {
+            self.figures.refused += 1;
+        } else {
             self.taken = Some(*command);
             self.age_ticks = 0;
         }

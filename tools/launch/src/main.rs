@@ -60,7 +60,7 @@ struct Launch {
     #[arg(value_name = "SCENARIO", required = true)]
     scenario: Option<PathBuf>,
 
-    /// Change a key of a process's configuration (may be repeated): planner.gait.lambda=0.8.
+    /// Change a key of a process's configuration (may be repeated): planner.gait.cost.lambda=0.8.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
 
