@@ -5,10 +5,16 @@
 //! cargo bench -p wholebody --bench step [-- walk.npz]
 //! ```
 //!
-//! Without an argument the yardstick runs on the part of the recording that is kept with `qp`'s tests.
+//! Without an argument the yardstick runs on the part of the recording that is kept with `qp`'s tests. With your own robot as
+//! well (absolute paths: cargo starts benchmarks in the package's folder); what the second file must say is in `jvrc1.toml`:
+//!
+//! ```sh
+//! BENCH_URDF=$PWD/robot.urdf BENCH_ROBOT=$PWD/crates/wholebody/benches/jvrc1.toml cargo bench -p wholebody --bench step
+//! ```
 #![allow(clippy::print_stdout)]
 #![allow(non_snake_case)] // monogram notation
 
+mod any_robot;
 #[path = "../../qp/tests/support/recorded.rs"]
 mod recorded;
 #[path = "../tests/support/mod.rs"]
@@ -166,6 +172,12 @@ fn main() {
         let model = Model::from_urdf(&robot.urdf, &options).expect("readable");
         let settings = settings(&robot, &model);
         show("HRP-4, thumbs locked", model.nv(), &run(&model, &settings, &plan, None), yardstick_us);
+    }
+    if let (Some(urdf), Some(file)) = (std::env::var_os("BENCH_URDF"), std::env::var_os("BENCH_ROBOT")) {
+        let (name, model, settings, plan) = any_robot::read(Path::new(&urdf), Path::new(&file));
+        let run = run(&model, &settings, &plan, None);
+        let name = format!("{name}, {} pairs", settings.collision.pairs.len());
+        show(&name, model.nv(), &run, yardstick_us);
     }
     let model = model(&robot, Joints::Walking);
     let base = settings(&robot, &model);

@@ -30,7 +30,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         })
         .collect();
     let settings = ProposalSettings::default();
-    let proposals = propose_pairs(&model, &capsules, &settings)?;
+    let mut standing = model.neutral();
+    for (position, joint) in standing.joints.iter_mut().zip(model.joints()) {
+        *position = robot.description.half_sitting_rad(&joint.name);
+    }
+    let proposals = propose_pairs(&model, &capsules, &standing, &settings)?;
     let of = |verdict: Verdict| proposals.iter().filter(move |proposal| proposal.verdict == verdict);
     println!("# {} postures, seed {}; near is {} m", settings.samples, settings.seed, settings.near_m);
     println!("collision_pairs = [");
@@ -40,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("    [\"{a}\", \"{b}\"], # touching in {touching:.2} % of the postures, nearest {nearest:.3} m");
     }
     println!("]");
-    for verdict in [Verdict::Adjacent, Verdict::AlwaysTouching, Verdict::NeverNear] {
+    for verdict in [Verdict::Adjacent, Verdict::AlwaysTouching, Verdict::TouchingStanding, Verdict::NeverNear] {
         for proposal in of(verdict) {
             let [a, b] = &proposal.pair;
             println!("# {verdict:?}: {a}, {b} (nearest {:.3} m)", proposal.distance_min_m);

@@ -57,16 +57,18 @@
 //!
 //! | model | dofs | single us | double us | ratio | p99/median | max us | COM error mm | torque diff. N m | not solved |
 //! |---|---|---|---|---|---|---|---|---|---|
-//! | HRP-4 legs, chest | 20 | 22.0 | 32.6 | 0.0159 | 2.41 | 79.8 | 0.49 | 0.0e0 | 0 |
-//! | HRP-4 walking | 28 | 27.9 | 40.1 | 0.0200 | 2.29 | 93.5 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 full | 40 | 40.3 | 54.6 | 0.0288 | 2.07 | 119.6 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4, thumbs locked | 38 | 38.6 | 52.6 | 0.0276 | 2.06 | 119.9 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 walking, 8 generators per point | 28 | 36.4 | 60.9 | 0.0262 | 3.81 | 228.8 | 0.48 | 3.9e-1 | 0 |
-//! | HRP-4 walking, 16 generators per point | 28 | 63.4 | 124.3 | 0.0453 | 7.55 | 809.9 | 0.48 | 4.7e-1 | 0 |
-//! | HRP-4 walking, no collision pairs | 28 | 22.5 | 33.9 | 0.0163 | 2.56 | 91.8 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 walking, Clarabel 1e-6 | 28 | 1077.8 | 1573.0 | 0.9054 | 1.47 | 2189.3 | 0.48 | 1.3e-1 | 0 |
-//! | HRP-4 walking, Clarabel 1e-8 | 28 | 1175.7 | 1678.9 | 0.9909 | 1.39 | 2629.3 | 0.48 | 5.9e-3 | 0 |
+//! | HRP-4 legs, chest | 20 | 23.1 | 34.5 | 0.0162 | 2.44 | 81.6 | 0.49 | 0.0e0 | 0 |
+//! | HRP-4 walking | 28 | 29.2 | 42.0 | 0.0202 | 2.27 | 91.8 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4 full | 40 | 41.9 | 56.9 | 0.0291 | 2.06 | 124.8 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4, thumbs locked | 38 | 39.9 | 54.3 | 0.0277 | 2.08 | 117.1 | 0.48 | 0.0e0 | 0 |
+//! | JVRC-1, fingers locked, 61 pairs | 38 | 42.3 | 57.7 | 0.0291 | 2.03 | 128.3 | 0.10 | 0.0e0 | 0 |
+//! | HRP-4 walking, 8 generators per point | 28 | 37.1 | 61.3 | 0.0257 | 3.77 | 221.8 | 0.48 | 3.9e-1 | 0 |
+//! | HRP-4 walking, 16 generators per point | 28 | 64.8 | 127.3 | 0.0448 | 7.48 | 822.9 | 0.48 | 4.7e-1 | 0 |
+//! | HRP-4 walking, no collision pairs | 28 | 22.7 | 34.5 | 0.0159 | 2.57 | 87.5 | 0.48 | 0.0e0 | 0 |
+//! | HRP-4 walking, Clarabel 1e-6 | 28 | 1086.0 | 1585.1 | 0.8820 | 1.49 | 2203.0 | 0.48 | 1.3e-1 | 0 |
+//! | HRP-4 walking, Clarabel 1e-8 | 28 | 1210.8 | 1732.0 | 0.9867 | 1.41 | 2697.4 | 0.48 | 5.9e-3 | 0 |
 //!
+//! JVRC-1 is any robot: the benchmark takes a URDF and a file with feet, posture and capsules (`benches/jvrc1.toml`).
 //! The centre of mass's error is what sampling at 5 ms leaves, whoever solves. More generators than four per point buy 8 % of
 //! friction and cost a factor of 1.4 to 3; locking hands, wrists and neck saves a third.
 //!

@@ -1,13 +1,13 @@
 //! Which pairs of capsules should be watched: found by moving every joint through its range.
 //!
 //! A pair is left out when it cannot matter: capsules on the same or on neighbouring links, which the joint between them keeps
-//! apart; pairs that touch in (nearly) every posture, for their capsules overlap at the joint; pairs that never come near each
-//! other. What remains is proposed. A person may still leave out pairs that the joints' ranges allow and the robot's
-//! work does not, and says why (`robot.toml`).
+//! apart; pairs that touch in nearly every posture, or when the robot stands, for their capsules overlap where the bodies are
+//! joined; pairs that never come near each other. What remains is proposed. A person may still leave out pairs that the joints'
+//! ranges allow and the robot's work does not, and says why (`robot.toml`).
 
 use super::{LinkCapsule, SMOOTHING_M};
 use crate::{Capsule, proximity};
-use multibody::{JointIndex, Model, ModelError, Workspace, forward_kinematics};
+use multibody::{Configuration, JointIndex, Model, ModelError, Workspace, forward_kinematics};
 
 /// How [`propose_pairs`] searches.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub enum Verdict {
     Adjacent,
     /// Touching in nearly every posture.
     AlwaysTouching,
+    /// Touching in the posture in which the robot stands: it could not be kept.
+    TouchingStanding,
     /// Never nearer than [`ProposalSettings::near_m`].
     NeverNear,
 }
@@ -54,13 +56,14 @@ pub struct PairProposal {
     pub touching: f64,
 }
 
-/// All pairs of capsules of a model, in the order of the list.
+/// All pairs of capsules of a model, in the order of the list. `standing`: a posture that must be allowed.
 ///
 /// # Errors
 /// A capsule's link is not in the model.
 pub fn propose_pairs(
     model: &Model,
     capsules: &[LinkCapsule],
+    standing: &Configuration,
     settings: &ProposalSettings,
 ) -> Result<Vec<PairProposal>, ModelError> {
     let frames: Vec<_> = capsules.iter().map(|capsule| model.frame(&capsule.link)).collect::<Result<_, _>>()?;
@@ -68,26 +71,34 @@ pub fn propose_pairs(
         (0..capsules.len()).flat_map(|i| (i + 1..capsules.len()).map(move |j| [i, j])).collect();
     let mut nearest = vec![f64::INFINITY; pairs.len()];
     let mut touched = vec![0_usize; pairs.len()];
-    let mut q = model.neutral();
+    let mut q = standing.clone();
     let mut ws = Workspace::new(model);
-    let mut random = Random(settings.seed);
     let mut placed = Vec::with_capacity(capsules.len());
+    let mut distances = vec![0.0; pairs.len()];
+    let mut measure = |q: &Configuration, distances: &mut [f64]| {
+        forward_kinematics(model, &mut ws, q);
+        placed.clear();
+        placed.extend(capsules.iter().zip(&frames).map(|(capsule, frame)| {
+            let X_WL = ws.placement(model, *frame);
+            Capsule { from: X_WL.point(&capsule.from_m), to: X_WL.point(&capsule.to_m), radius: capsule.radius_m }
+        }));
+        for (distance, [i, j]) in distances.iter_mut().zip(&pairs) {
+            *distance = proximity(&placed[*i], &placed[*j], SMOOTHING_M).distance;
+        }
+    };
+    let mut when_standing = distances.clone();
+    measure(standing, &mut when_standing);
+    let mut random = Random(settings.seed);
     for _ in 0..settings.samples {
         for (position, joint) in q.joints.iter_mut().zip(model.joints()) {
             let [lower, upper] = [joint.limits.lower, joint.limits.upper]
                 .map(|limit| limit.clamp(-std::f64::consts::PI, std::f64::consts::PI));
             *position = lower + (upper - lower) * random.unit();
         }
-        forward_kinematics(model, &mut ws, &q);
-        placed.clear();
-        placed.extend(capsules.iter().zip(&frames).map(|(capsule, frame)| {
-            let X_WL = ws.placement(model, *frame);
-            Capsule { from: X_WL.point(&capsule.from_m), to: X_WL.point(&capsule.to_m), radius: capsule.radius_m }
-        }));
-        for (k, [i, j]) in pairs.iter().enumerate() {
-            let distance = proximity(&placed[*i], &placed[*j], SMOOTHING_M).distance;
-            nearest[k] = nearest[k].min(distance);
-            touched[k] += usize::from(distance <= 0.0);
+        measure(&q, &mut distances);
+        for (k, distance) in distances.iter().enumerate() {
+            nearest[k] = nearest[k].min(*distance);
+            touched[k] += usize::from(*distance <= 0.0);
         }
     }
     let joints_between = |i: usize, j: usize| {
@@ -100,6 +111,8 @@ pub fn propose_pairs(
             Verdict::Adjacent
         } else if touching >= settings.always {
             Verdict::AlwaysTouching
+        } else if when_standing[k] <= 0.0 {
+            Verdict::TouchingStanding
         } else if nearest[k] > settings.near_m {
             Verdict::NeverNear
         } else {

@@ -168,6 +168,14 @@ fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
     assert!(spread < 1e-3, "held still at the end: {spread} m");
 }
 
+fn half_sitting(robot: &robot::Robot, model: &multibody::Model) -> multibody::Configuration {
+    let mut standing = model.neutral();
+    for (position, joint) in standing.joints.iter_mut().zip(model.joints()) {
+        *position = robot.description.half_sitting_rad(&joint.name);
+    }
+    standing
+}
+
 /// Names in one order, whoever comes first.
 fn sorted(pair: &[String; 2]) -> [String; 2] {
     let [a, b] = pair.clone();
@@ -179,7 +187,8 @@ fn the_pairs_that_hrp4_watches_are_those_its_joints_allow_to_meet_less_those_lef
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let capsules = settings(&robot, &model).collision.capsules;
-    let proposals = propose_pairs(&model, &capsules, &ProposalSettings::default()).expect("links of the model");
+    let proposals = propose_pairs(&model, &capsules, &half_sitting(&robot, &model), &ProposalSettings::default())
+        .expect("links of the model");
     assert_eq!(proposals.len(), capsules.len() * (capsules.len() - 1) / 2);
     let proposed: BTreeSet<_> =
         proposals.iter().filter(|p| p.verdict == Verdict::Proposed).map(|p| sorted(&p.pair)).collect();
@@ -201,9 +210,10 @@ fn a_proposal_names_the_reason_for_every_pair_and_is_the_same_every_time() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let capsules = settings(&robot, &model).collision.capsules;
+    let standing = half_sitting(&robot, &model);
     let few = ProposalSettings { samples: 500, ..ProposalSettings::default() };
-    let once = propose_pairs(&model, &capsules, &few).expect("links of the model");
-    assert_eq!(once, propose_pairs(&model, &capsules, &few).expect("links of the model"));
+    let once = propose_pairs(&model, &capsules, &standing, &few).expect("links of the model");
+    assert_eq!(once, propose_pairs(&model, &capsules, &standing, &few).expect("links of the model"));
     let verdict = |a: &str, b: &str| {
         let found = once.iter().find(|p| p.pair.contains(&a.to_owned()) && p.pair.contains(&b.to_owned()));
         found.expect("every pair is judged").verdict
@@ -213,6 +223,12 @@ fn a_proposal_names_the_reason_for_every_pair_and_is_the_same_every_time() {
     assert_eq!(verdict("left_forearm", "left_hand"), Verdict::Adjacent); // wrists are locked
     assert_eq!(verdict("left_shank", "left_foot"), Verdict::AlwaysTouching); // the ankle's two axes
     assert_eq!(verdict("head", "left_foot"), Verdict::NeverNear);
+    // A hand twice as thick as the arm's distance from the pelvis touches it already when the robot stands.
+    let mut thick = capsules.clone();
+    thick.iter_mut().filter(|capsule| capsule.name == "left_hand").for_each(|capsule| capsule.radius_m = 0.3);
+    let touching = propose_pairs(&model, &thick, &standing, &few).expect("links of the model");
+    let found = touching.iter().find(|p| p.pair == ["pelvis".to_owned(), "left_hand".to_owned()]);
+    assert_eq!(found.expect("judged").verdict, Verdict::TouchingStanding);
     let lost = LinkCapsule { link: "tail".to_owned(), ..capsules[0].clone() };
-    assert!(propose_pairs(&model, &[lost], &few).is_err());
+    assert!(propose_pairs(&model, &[lost], &standing, &few).is_err());
 }
