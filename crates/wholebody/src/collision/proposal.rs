@@ -5,7 +5,7 @@
 //! joined; pairs that never come near each other. What remains is proposed. A person may still leave out pairs that the joints'
 //! ranges allow and the robot's work does not, and says why (`robot.toml`).
 
-use super::{LinkCapsule, SMOOTHING_M};
+use super::LinkCapsule;
 use crate::{Capsule, proximity};
 use multibody::{Configuration, JointIndex, Model, ModelError, Workspace, forward_kinematics};
 
@@ -83,7 +83,7 @@ pub fn propose_pairs(
             Capsule { from: X_WL.point(&capsule.from_m), to: X_WL.point(&capsule.to_m), radius: capsule.radius_m }
         }));
         for (distance, [i, j]) in distances.iter_mut().zip(&pairs) {
-            *distance = proximity(&placed[*i], &placed[*j], SMOOTHING_M).distance;
+            *distance = proximity(&placed[*i], &placed[*j], 0.0).distance;
         }
     };
     let mut when_standing = distances.clone();

@@ -1,6 +1,6 @@
 //! Capsules against another library, and bodies that must not touch.
 
-use crate::support::watch::{Alternation, Watch};
+use crate::support::watch::{Turns, Watch};
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
 use parry3d_f64::math::{Pose3, Vec3 as ParryVec};
 use parry3d_f64::query;
@@ -55,15 +55,17 @@ fn exact_distances_agree_with_parry() {
 }
 
 #[test]
-fn smoothing_lengthens_by_no_more_than_it_promises() {
+fn smoothing_never_reports_more_than_the_true_distance_and_little_less() {
     for seed in 0..5000 {
         let pair = capsules(&mut Random(seed));
         let exact = proximity(&pair[0], &pair[1], 0.0);
         let smooth = proximity(&pair[0], &pair[1], SMOOTHING_M);
         let axes = exact.distance + pair[0].radius + pair[1].radius;
-        let excess = smooth.distance - exact.distance;
-        assert!(excess > -1e-12, "seed {seed}");
-        assert!(excess <= SMOOTHING_M * SMOOTHING_M / (4.0 * axes) + 1e-12, "seed {seed}: {excess:e}");
+        let lack = exact.distance - smooth.distance;
+        assert!(lack > -1e-12, "seed {seed}");
+        // d - sqrt(d² - rho²/2), at most d itself.
+        let most = axes - (axes * axes - 0.5 * SMOOTHING_M * SMOOTHING_M).max(0.0).sqrt();
+        assert!(lack <= most + 1e-12, "seed {seed}: {lack:e}");
         let across = smooth.on_first - smooth.on_second;
         assert!((across.normalize() - smooth.normal).norm() < 1e-12 || axes < 1e-9);
     }
@@ -117,8 +119,9 @@ fn the_witness_points_pass_through_parallel_without_a_jump() {
     assert!(jump(SMOOTHING_M) < 0.02);
 }
 
-/// Periods in a row in which a signal may turn back; chatter is what does not end.
-const ALTERNATION_MAX: usize = 5;
+/// Turns of a signal within 20 periods: a foot that is stopped makes joints turn a few times. It was 12 with witness points that
+/// slid from heel to toe.
+const TURNS_MAX: usize = 6;
 
 /// A swinging foot whose target is moved inwards. Every limit is checked at every tick, the safety distance among them.
 fn sent_inwards(by_m: f64) -> (Watch, Vec<f64>) {
@@ -158,11 +161,11 @@ fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
     let safety = 0.01;
     assert!(watch.collision_bound > 100, "the damper is what stops it: {}", watch.figures());
     assert!(watch.distance_min_m < safety + 1e-3, "{}", watch.figures());
-    assert!(watch.alternation() <= ALTERNATION_MAX, "{}", watch.figures());
+    assert!(watch.turns() <= TURNS_MAX, "{}", watch.figures());
     // It comes nearer and nearer and never turns back.
-    let mut turns = Alternation::default();
+    let mut turns = Turns::default();
     distances.iter().for_each(|distance| turns.push(*distance, 1e-6));
-    assert!(turns.longest() <= 1, "{} turns in a row", turns.longest());
+    assert!(turns.most() <= 1, "{} turns", turns.most());
     let last = &distances[distances.len() - 40..];
     let spread = last.iter().copied().fold(0.0, f64::max) - last.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(spread < 1e-3, "held still at the end: {spread} m");

@@ -27,7 +27,7 @@ fn hrp4_follows_a_planned_walk_with_every_constraint_met() {
     assert!(watch.load_slope_n_per_s < LOAD_SLOPE_N_PER_S, "{said}");
     assert!(watch.corner_slope_n_per_s < LOAD_SLOPE_N_PER_S, "{said}");
     assert!(watch.tangential_slope_n_per_s < TANGENTIAL_SLOPE_N_PER_S, "{said}");
-    assert_eq!(watch.alternation(), 0, "{said}");
+    assert!(watch.turns() <= 2, "{said}");
 }
 
 #[test]

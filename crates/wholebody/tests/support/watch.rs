@@ -2,6 +2,7 @@
 
 use super::PERIOD_S;
 use nalgebra::DVector;
+use std::collections::VecDeque;
 use wholebody::{ConstraintId, StepReport, StepStatus, WholeBody, WholeBodyReference};
 
 /// Relative optimality residuals: rounding of terms up to 1e7.
@@ -10,8 +11,8 @@ pub const RESIDUAL: f64 = 1e-11;
 const ROUNDING: f64 = 1e-9;
 /// Rounding of torques and forces (N m, N).
 const FORCE_ROUNDING: f64 = 1e-6;
-/// A signal that turns by more than this part of its limit in every period alternates.
-const ALTERNATION: f64 = 0.01;
+/// A signal that goes back by more than this part of its limit has turned.
+const TURN: f64 = 0.01;
 
 /// Checks every tick and gathers figures.
 pub struct Watch {
@@ -20,8 +21,8 @@ pub struct Watch {
     upper: Vec<f64>,
     speed: Vec<f64>,
     torque: Vec<f64>,
-    torques: Vec<Alternation>,
-    accelerations: Vec<Alternation>,
+    torques: Vec<Turns>,
+    accelerations: Vec<Turns>,
     friction: f64,
     safety_m: f64,
     last: Option<StepReport>,
@@ -53,29 +54,50 @@ pub struct Watch {
     pub tangential_slope_n_per_s: f64,
 }
 
-/// Longest run of periods in each of which a signal turns back. Chatter goes on and on; an event is over after a few.
+/// How often a signal turns back by more than a threshold within [`WINDOW`] periods, whatever the rhythm. An event makes it
+/// turn a few times; chatter goes on and on.
 #[derive(Debug, Clone, Default)]
-pub struct Alternation {
-    last: [Option<f64>; 2],
-    run: usize,
-    longest: usize,
+pub struct Turns {
+    extremum: f64,
+    rising: Option<bool>,
+    period: usize,
+    turns: VecDeque<usize>,
+    most: usize,
 }
 
-impl Alternation {
-    /// Takes the next value; changes below the threshold do not count.
+/// Periods in which turns are counted.
+pub const WINDOW: usize = 20;
+
+impl Turns {
+    /// Takes the next value; turning back by less than the threshold does not count.
     pub fn push(&mut self, x: f64, threshold: f64) {
-        if let [Some(before), Some(last)] = self.last {
-            let (a, b) = (last - before, x - last);
-            let turned = a * b < 0.0 && a.abs().min(b.abs()) > threshold;
-            self.run = if turned { self.run + 1 } else { 0 };
-            self.longest = self.longest.max(self.run);
+        self.period += 1;
+        let Some(rising) = self.rising else {
+            if self.period == 1 {
+                self.extremum = x;
+            } else if (x - self.extremum).abs() > threshold {
+                self.rising = Some(x > self.extremum);
+                self.extremum = x;
+            }
+            return;
+        };
+        let back = if rising { self.extremum - x } else { x - self.extremum };
+        if back > threshold {
+            self.rising = Some(!rising);
+            self.extremum = x;
+            self.turns.push_back(self.period);
+            while self.turns.front().is_some_and(|first| first + WINDOW <= self.period) {
+                self.turns.pop_front();
+            }
+            self.most = self.most.max(self.turns.len());
+        } else if back < 0.0 {
+            self.extremum = x;
         }
-        self.last = [self.last[1], Some(x)];
     }
 
-    /// Periods.
-    pub fn longest(&self) -> usize {
-        self.longest
+    /// Most turns within the window.
+    pub fn most(&self) -> usize {
+        self.most
     }
 }
 
@@ -98,8 +120,8 @@ impl Watch {
             upper: of(&|l| l.upper - constraints.position_margin_rad),
             speed: of(&|l| l.velocity * constraints.velocity_fraction),
             torque: of(&|l| l.effort * constraints.torque_fraction),
-            torques: vec![Alternation::default(); joints],
-            accelerations: vec![Alternation::default(); joints],
+            torques: vec![Turns::default(); joints],
+            accelerations: vec![Turns::default(); joints],
             friction: constraints.friction,
             safety_m: body.settings().collision.safety_m,
             last: None,
@@ -151,9 +173,9 @@ impl Watch {
             assert!(tau.abs() < self.torque[i] + FORCE_ROUNDING, "tick {tick} joint {i}: {tau} N m");
             self.torque_used = self.torque_used.max(tau.abs() / self.torque[i]);
             self.speed_used = self.speed_used.max(v.abs() / self.speed[i]);
-            self.torques[i].push(tau, ALTERNATION * self.torque[i]);
+            self.torques[i].push(tau, TURN * self.torque[i]);
             // The acceleration that changes the speed by that part of its limit within a period.
-            self.accelerations[i].push(accelerations[i], ALTERNATION * self.speed[i] / self.dt_s);
+            self.accelerations[i].push(accelerations[i], TURN * self.speed[i] / self.dt_s);
         }
     }
 
@@ -180,17 +202,17 @@ impl Watch {
         }
     }
 
-    /// Periods in a row in each of which some torque turned back by more than 1 % of its limit, or some acceleration by what
-    /// changes the speed by 1 % of its limit.
-    pub fn alternation(&self) -> usize {
-        self.torques.iter().chain(&self.accelerations).map(Alternation::longest).max().unwrap_or(0)
+    /// Most turns within [`WINDOW`] periods of any torque, by more than 1 % of its limit, or of any acceleration, by what changes
+    /// the speed by 1 % of its limit in a period.
+    pub fn turns(&self) -> usize {
+        self.torques.iter().chain(&self.accelerations).map(Turns::most).max().unwrap_or(0)
     }
 
     /// All figures in a line, for failures.
     pub fn figures(&self) -> String {
         format!(
             "{} ticks; bound: torque {}, motion {}, collision {}; used: torque {:.3}, speed {:.3}; COM {:.2e} m; contacts {:.2e} m {:.2e} rad; \
-             distance {:.4} m; slopes: load {:.0}, corner {:.0}, tangential {:.0} N/s; alternation {}",
+             distance {:.4} m; slopes: load {:.0}, corner {:.0}, tangential {:.0} N/s; turns {}",
             self.ticks,
             self.torque_bound,
             self.motion_bound,
@@ -204,7 +226,7 @@ impl Watch {
             self.load_slope_n_per_s,
             self.corner_slope_n_per_s,
             self.tangential_slope_n_per_s,
-            self.alternation(),
+            self.turns(),
         )
     }
 }
