@@ -16,7 +16,8 @@ fn bits<T: Message>(message: &T) -> Vec<u8> {
     bytes
 }
 
-fn assert_same<T: Message>(what: &str, one: &[T], other: &[T]) {
+/// Asserts that two series of messages are the same but for their sequence numbers; names the first number that differs.
+pub fn assert_same<T: Message>(what: &str, one: &[T], other: &[T]) {
     for (one, other) in one.iter().zip(other) {
         if bits(one) == bits(other) {
             continue;

@@ -67,15 +67,16 @@ impl Program for Simulate {
                 }
                 return Ok(End::Over(reason));
             }
-            if let Some(start) = starts.latest()? {
-                self.process.take_start(&start);
-            }
             // The plant moves under the command before, while the others compute the answer to this state.
             shell.cycle_starts();
             output = self.process.advance();
             shell.cycle_waits();
             let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
             self.process.take_command(&command);
+            // Published before the command: looked for earlier, it would be there or not as the machine's load has it.
+            if let Some(start) = starts.latest()? {
+                self.process.take_start(&start);
+            }
             if !shell.wait_for_recorder(tick)? {
                 return Ok(End::Asked);
             }
