@@ -60,7 +60,7 @@ fn a_broken_robot_is_named_with_file_and_place() {
     assert_refused(&refused, 2, &["/nowhere/hrp5"]);
     let robot = robot_with("hrp4.urdf", |urdf| urdf.replacen("<link", "<lnk", 1));
     let refused = Launch::short_walk().set(&format!("robot={}", robot.path().display())).finish();
-    assert_refused(&refused, 2, &["the configuration cannot be used"]);
+    assert_refused(&refused, 2, &["the configuration ", ".toml cannot be used", "hrp4.urdf"]);
     let robot = robot_with("sole.toml", |sole| sole.replace("young_modulus_pa", "young_modulus"));
     let refused = Launch::short_walk().set(&format!("robot={}", robot.path().display())).finish();
     assert_refused(&refused, 2, &["sole.toml", "young_modulus"]);
@@ -87,5 +87,29 @@ fn processes_on_different_soles_do_not_walk() {
 fn an_infeasible_gait_is_refused_before_anything_moves() {
     let _alone = alone();
     let refused = Launch::short_walk().set("planner.gait.walk.step_length_m=2.0").finish();
-    assert_refused(&refused, 2, &["planner"]);
+    assert_refused(&refused, 2, &["the planner", "planner.toml cannot be used", "gait: step ", "at most 0.3"]);
+}
+
+#[test]
+fn a_number_that_cannot_be_is_named_with_its_file_and_full_key() {
+    let _alone = alone();
+    for (setting, said) in [
+        ("planner.gait.body.mass_kg=-39.0", ["planner.toml cannot be used", "gait.body.mass_kg = -39"]),
+        ("planner.gait.body.mass_kg=nan", ["planner.toml cannot be used", "gait.body.mass_kg = NaN"]),
+        ("controller.tasks.com.weight=nan", ["controller.toml cannot be used", "`tasks.com.weight` is NaN"]),
+        ("simulator.plant.step.step_s=-0.001", ["simulator.toml cannot be used", "plant.step.step_s"]),
+    ] {
+        assert_refused(&Launch::short_walk().set(setting).finish(), 2, &said);
+    }
+}
+
+#[test]
+fn a_mesh_that_is_none_is_named() {
+    let _alone = alone();
+    let block = "box_m = [0.23, 0.13, 0.021]\ncells = [12, 7, 3]";
+    let robot = robot_with("sole.toml", |sole| sole.replace(block, "file = \"foot.msh\""));
+    let setting = format!("robot={}", robot.path().display());
+    assert_refused(&Launch::short_walk().set(&setting).finish(), 2, &["cannot be used", "foot.msh"]);
+    std::fs::write(robot.path().join("foot.msh"), "$MeshFormat\nof another kind\n").expect("writable");
+    assert_refused(&Launch::short_walk().set(&setting).finish(), 2, &["cannot be used", "foot.msh"]);
 }

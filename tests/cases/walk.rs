@@ -15,6 +15,7 @@ fn a_short_walk_is_walked_and_recorded_without_gaps_and_leaves_nothing() {
         "fallen                 no",
         "COM, real to planned",
         "ZMP, real to planned",
+        "solved, 0 relaxed, 0 held",
         "tick, controller",
         "speed",
     ] {

@@ -86,8 +86,8 @@ fn a_walk_a_kilometre_away_is_the_walk_at_the_origin() {
         for (a, b) in command.feed_forward_torque_nm.iter().zip(&far_command.feed_forward_torque_nm) {
             torque_nm = torque_nm.max((a - b).abs());
         }
-        for axis in 0..2 {
-            let moved = far_truth.com_position_m[axis] - offset_m[axis];
+        for (axis, offset_m) in offset_m.iter().enumerate() {
+            let moved = far_truth.com_position_m[axis] - offset_m;
             com_m = com_m.max((moved - truth.com_position_m[axis]).abs());
         }
     }

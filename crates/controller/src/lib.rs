@@ -29,4 +29,4 @@ mod step;
 
 pub use settings::{ControllerError, ControllerSettings};
 pub use settle::{Criterion, NotSettled, SettleDetector, SettleSettings, Stance, Unmet};
-pub use step::{CannotWalk, ControllerOutput, ControllerProcess, Summary};
+pub use step::{CannotWalk, ControllerOutput, ControllerProcess, GaveWay, Summary};

@@ -1,11 +1,11 @@
 //! The controller over the bus: robot state and deformation of a tick are answered by a command.
 
-use controller::{ControllerProcess, ControllerSettings};
+use controller::{ControllerProcess, ControllerSettings, Summary};
 use messages::code::{Mode, Process, Reason, State};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
 
-struct Control(ControllerProcess);
+struct Control(ControllerProcess, Summary);
 
 impl Program for Control {
     const PROCESS: Process = Process::Controller;
@@ -13,7 +13,8 @@ impl Program for Control {
     type Settings = ControllerSettings;
 
     fn build(settings: ControllerSettings) -> Result<Self, Failure> {
-        ControllerProcess::new(&settings).map(Self).map_err(Failure::unusable)
+        let process = ControllerProcess::new(&settings).map_err(Failure::unusable)?;
+        Ok(Self(process, Summary::default()))
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
@@ -47,27 +48,52 @@ impl Program for Control {
                     starts.publish(start)?;
                 }
                 commands.publish(&output.command)?;
+                self.tell(&output.summary, state.header.tick);
                 let figures = shell.figures();
                 let holding = output.command.mode == Mode::Holding.code();
                 figures.state = if holding { State::Holding } else { State::Running }.code();
-                figures.reason = if holding { Reason::SolverFailed } else { Reason::None }.code();
+                figures.reason = output.summary.holding.unwrap_or(Reason::None).code();
                 figures.solver_status = output.command.status;
                 figures.solver_iterations = output.command.solver_iterations;
                 figures.solver_residual = output.command.solver_residual;
                 figures.walk_time_s = output.command.walk_time_s;
                 figures.late = output.summary.deformation_missing;
-                figures.values[..6].copy_from_slice(&[
+                figures.values[..10].copy_from_slice(&[
                     output.summary.relaxed as f64,
                     output.summary.held as f64,
                     output.summary.state_refused as f64,
                     output.summary.joint_distance_rad,
                     output.summary.com_error_m,
                     output.summary.collision_distance_m,
+                    output.summary.solved as f64,
+                    output.summary.worst.map_or(0.0, |worst| f64::from(worst.limit.code())),
+                    output.summary.worst.map_or(0.0, |worst| worst.index as f64),
+                    output.summary.worst.map_or(0.0, |worst| worst.amount),
                 ]);
             }
             shell.cycle_ends(state.header.tick)?;
         }
         Ok(End::Asked)
+    }
+}
+
+impl Control {
+    /// The first of each kind of trouble goes to the log; health counts the rest.
+    fn tell(&mut self, now: &Summary, tick: i64) {
+        let before = std::mem::replace(&mut self.1, *now);
+        if let (0, Some(worst)) = (before.relaxed, &now.worst) {
+            tracing::warn!("tick {tick}: limits exclude each other, gave way: {}", self.0.describe(worst));
+        }
+        if before.held == 0 && now.held > 0 {
+            let outcome = self.0.whole_body().report().solver_status;
+            tracing::warn!("tick {tick}: no usable step ({outcome:?}), the joints are brought to rest");
+        }
+        if before.deformation_missing == 0 && now.deformation_missing > 0 {
+            tracing::warn!("tick {tick}: no deformation of the soles for this tick, the last one is used");
+        }
+        if let (None, Some(reason)) = (before.holding, now.holding) {
+            tracing::warn!("tick {tick}: the posture is held: {reason}");
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The process: messages in, messages out.
 
-use messages::code::{Mode, Outcome, Reason};
+use messages::code::{Limit, Mode, Outcome, Reason};
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
@@ -12,7 +12,8 @@ use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
 use spatial::{Vec3, so3};
 use wholebody::{
-    ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
+    ConfigurationError, ConfigurationTargets, ConstraintId, Relaxation, RobotState, StepReport, StepStatus, WholeBody,
+    initial_configuration,
 };
 
 use crate::convert::{plan, reference, vertical_forces};
@@ -60,9 +61,46 @@ pub struct ControllerOutput {
     pub summary: Summary,
 }
 
+/// A limit that gave way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GaveWay {
+    /// Which kind.
+    pub limit: Limit,
+    /// Which of its kind: foot, joint of the model, collision pair.
+    pub index: usize,
+    /// By how much, in its unit.
+    pub amount: f64,
+}
+
+impl GaveWay {
+    fn new(relaxed: &Relaxation) -> Self {
+        let (limit, index) = match relaxed.id {
+            ConstraintId::Load { foot } => (Limit::Load, foot),
+            ConstraintId::Collision(pair) => (Limit::Collision, pair),
+            ConstraintId::JointMotion(joint) => (Limit::JointMotion, joint),
+            ConstraintId::Torque(joint) => (Limit::Torque, joint),
+            ConstraintId::Contact { foot, .. } => (Limit::Contact, foot),
+            // Physics never gives way.
+            ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => (Limit::None, 0),
+        };
+        Self { limit, index, amount: relaxed.amount }
+    }
+
+    /// A limit that gives way later is worse, and of one kind the larger amount.
+    fn is_worse_than(&self, other: &Self) -> bool {
+        (self.limit.code(), self.amount) > (other.limit.code(), other.amount)
+    }
+}
+
 /// Counts and figures for health.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Summary {
+    /// Steps in which all limits held, so far.
+    pub solved: u64,
+    /// The worst limit that gave way, so far.
+    pub worst: Option<GaveWay>,
+    /// Why the posture is held now, if it is.
+    pub holding: Option<Reason>,
     /// Steps whose limits had to be widened, so far.
     pub relaxed: u64,
     /// Steps without a usable solution, so far.
@@ -223,6 +261,8 @@ impl ControllerProcess {
             Some(_) if now_s >= 0.0 => Mode::Walking,
             Some(_) => Mode::Standing,
         };
+        self.summary.holding = (mode == Mode::Holding)
+            .then(|| if self.held_in_a_row >= HELD_IN_A_ROW_MAX { Reason::SolverFailed } else { Reason::InputMissing });
         let next = walk.evaluate(next_s);
         let state = self.state.as_mut().expect("set above");
         let mut command = RobotCommand {
@@ -249,6 +289,12 @@ impl ControllerProcess {
             computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
             self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
             self.summary.held += u64::from(held);
+            self.summary.solved += u64::from(report.status == StepStatus::Solved);
+            for gave_way in report.relaxed.iter().map(GaveWay::new).filter(|_| report.status == StepStatus::Relaxed) {
+                if self.summary.worst.is_none_or(|worst| gave_way.is_worse_than(&worst)) {
+                    self.summary.worst = Some(gave_way);
+                }
+            }
             self.summary.relaxed += u64::from(report.status == StepStatus::Relaxed);
             self.summary.com_error_m = report.body_error.fixed_rows::<3>(0).norm();
             self.summary.collision_distance_m = report.distance_min_m;
@@ -282,6 +328,19 @@ impl ControllerProcess {
         };
         self.start = self.start.or(start);
         Ok(Some(ControllerOutput { command, start, summary: self.summary }))
+    }
+
+    /// A limit that gave way, in words.
+    #[must_use]
+    pub fn describe(&self, gave_way: &GaveWay) -> String {
+        let GaveWay { limit, index, amount } = *gave_way;
+        let body = &self.whole_body;
+        let which = match limit {
+            Limit::JointMotion | Limit::Torque => body.model().joints()[index].name.clone(),
+            Limit::Collision => body.settings().collision.pairs[index].join(" and "),
+            _ => ["left", "right"][index.min(1)].to_string(),
+        };
+        format!("{limit} {which} by {amount:.3e} (SI units)")
     }
 
     fn is_usable(&self, deformation: &SoleDeformation) -> bool {
@@ -339,7 +398,7 @@ impl ControllerProcess {
 fn write_report(command: &mut RobotCommand, report: &StepReport) {
     command.status = match report.status {
         StepStatus::Solved => Outcome::Solved,
-        StepStatus::Relaxed => Outcome::Infeasible,
+        StepStatus::Relaxed => Outcome::Relaxed,
         StepStatus::Held => Outcome::Held,
     }
     .code();

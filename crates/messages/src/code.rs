@@ -119,6 +119,26 @@ codes! {
         ReferenceOutside = 5, "reference outside";
         /// An older value is used in its place.
         Held = 6, "held";
+        /// Solved to tolerance with limits widened that excluded each other.
+        Relaxed = 7, "relaxed";
+    }
+}
+
+codes! {
+    /// Limits of the controller that may give way where they exclude each other, from the first to give way to the last.
+    Limit {
+        /// None gave way.
+        None = 0, "none";
+        /// Load of a foot (N).
+        Load = 1, "load of foot";
+        /// Acceleration of two bodies towards each other (m/s^2).
+        Collision = 2, "approach of collision pair";
+        /// Acceleration of a joint near the limits of its position and speed (rad/s^2).
+        JointMotion = 3, "motion of joint";
+        /// Torque of a joint (N m).
+        Torque = 4, "torque of joint";
+        /// Acceleration of a standing ankle away from the estimator's (m/s^2, rad/s^2).
+        Contact = 5, "motion of standing ankle";
     }
 }
 

@@ -2,6 +2,7 @@
 
 use messages::code::{Process, Reason};
 use std::error::Error;
+use std::path::{Path, PathBuf};
 
 /// A process cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -10,8 +11,13 @@ pub enum Failure {
     #[error(transparent)]
     Configuration(#[from] scenario::ConfigError),
     /// The configuration can be read, but nothing can be built from it; the source says why.
-    #[error("the configuration cannot be used")]
-    Unusable(#[source] Box<dyn Error + Send + Sync>),
+    #[error("the configuration {}cannot be used", file.as_ref().map(|file| format!("{} ", file.display())).unwrap_or_default())]
+    Unusable {
+        /// The file, once it is known.
+        file: Option<PathBuf>,
+        /// What is wrong.
+        source: Box<dyn Error + Send + Sync>,
+    },
     /// There is no domain to belong to.
     #[error(transparent)]
     Join(#[from] bus::JoinError),
@@ -60,7 +66,15 @@ pub enum Failure {
 impl Failure {
     /// The configuration was read, but nothing can be built from it.
     pub fn unusable(source: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self::Unusable(source.into())
+        Self::Unusable { file: None, source: source.into() }
+    }
+
+    /// The same, with the file in which the configuration stands.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::Unusable { file: None, source } => Self::Unusable { file: Some(path.to_path_buf()), source },
+            other => other,
+        }
     }
 
     /// Something failed while running.
@@ -77,7 +91,7 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Publish(_) | Self::Receive(_) | Self::Running(_) => 1,
-            Self::Configuration(_) | Self::Unusable(_) => 2,
+            Self::Configuration(_) | Self::Unusable { .. } => 2,
             Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => 3,
             Self::SafetyStop { reason: Reason::NotSettled, .. } => 6,
             Self::PeerDied { .. } | Self::SafetyStop { .. } => 4,

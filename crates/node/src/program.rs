@@ -74,7 +74,7 @@ pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 
 fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.config)?.with_settings(&arguments.settings);
-    let mut program = P::build(config.parse()?)?;
+    let mut program = P::build(config.parse()?).map_err(|failure| failure.in_file(&arguments.config))?;
     if arguments.check {
         print_effective(&config);
         return Ok(());

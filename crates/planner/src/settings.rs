@@ -68,7 +68,7 @@ pub enum PlannerError {
         file: PathBuf,
     },
     /// The walk cannot be planned.
-    #[error("gait: {0}")]
+    #[error("{}", in_full(.0))]
     Gait(#[from] GaitError),
     /// A limit that is none.
     #[error("constraint_violation_max_m = {0}: expected 0 to 0.1 m")]
@@ -88,6 +88,11 @@ pub enum PlannerError {
     /// The pattern cannot be sent.
     #[error(transparent)]
     Pattern(#[from] messages::PatternRefused),
+}
+
+/// A wrong setting with its full key, anything else as it is.
+fn in_full(error: &GaitError) -> String {
+    if matches!(error, GaitError::Setting { .. }) { format!("gait.{error}") } else { format!("gait: {error}") }
 }
 
 /// Lengths that agree to this are the same (m): figures in files have at most six digits.

@@ -1,6 +1,6 @@
 //! What a walk was like, from health, truth, commands and deformations.
 
-use messages::code::{Outcome, Process};
+use messages::code::{Limit, Outcome, Process};
 use messages::{CONTROL_PERIOD_S, Health, RobotCommand, SoleDeformation, Truth};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -23,10 +23,20 @@ pub struct Summary {
     planned_zmp_m: BTreeMap<i64, [f64; 2]>,
     compute_ns: BTreeMap<u32, Vec<u64>>,
     misses: u64,
+    steps: Option<ControllerSteps>,
     estimates: Estimates,
     lost: u64,
     /// Truths, commands and deformations that came faster than they were listened to: they are missing here, not in the recording.
     pub unheard: u64,
+}
+
+/// How the controller's steps were found.
+struct ControllerSteps {
+    solved: f64,
+    relaxed: f64,
+    held: f64,
+    /// The worst limit that gave way: kind, which of its kind, by how much.
+    worst: (Limit, f64, f64),
 }
 
 /// Root of the mean square, and the largest.
@@ -71,6 +81,12 @@ impl Summary {
             times.push(health.compute_time_ns);
         }
         self.misses = self.misses.max(health.misses);
+        if health.process == Process::Controller.code() && health.cycles > 0 {
+            // Their order is documented with the message.
+            let [relaxed, held, _, _, _, _, solved, kind, index, amount, ..] = health.values;
+            let worst = (Limit::from_code(kind as u32).unwrap_or(Limit::None), index, amount);
+            self.steps = Some(ControllerSteps { solved, relaxed, held, worst });
+        }
         if health.process == Process::Recorder.code() {
             self.lost = health.lost;
         }
@@ -218,6 +234,16 @@ impl Summary {
                     estimates.solved, estimates.not_solved, estimates.iterations_max, estimates.residual_max
                 ),
             );
+        }
+        if let Some(ControllerSteps { solved, relaxed, held, worst: (limit, index, amount) }) = self.steps {
+            let worst = match limit {
+                Limit::None => String::new(),
+                Limit::Load | Limit::Contact => {
+                    format!(" (worst: {limit} {} by {amount:.3e})", if index == 0.0 { "left" } else { "right" })
+                }
+                _ => format!(" (worst: {limit} {index} by {amount:.3e}; the controller's log has names)"),
+            };
+            row("controller steps", format!("{solved} solved, {relaxed} relaxed{worst}, {held} held"));
         }
         for (process, times) in &self.compute_ns {
             let (Some(process), false) = (Process::from_code(*process), times.is_empty()) else { continue };
