@@ -3,6 +3,7 @@
 //! The cases run one after the other: a walk is five busy processes, and several at a time would only wait for each other.
 
 mod mistakes;
+mod programs;
 mod same_numbers;
 mod soles;
 mod stops;

@@ -27,6 +27,6 @@ mod settings;
 mod settle;
 mod step;
 
-pub use settings::{ControllerError, ControllerSettings};
+pub use settings::{ControllerError, ControllerSettings, Programs};
 pub use settle::{Criterion, NotSettled, SettleDetector, SettleSettings, Stance, Unmet};
 pub use step::{CannotWalk, ControllerOutput, ControllerProcess, GaveWay, Summary};

@@ -4,8 +4,11 @@ use controller::{ControllerProcess, ControllerSettings, Summary};
 use messages::code::{Mode, Process, Reason, State};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
+use programs::ProgramWriter;
 
-struct Control(ControllerProcess, Summary);
+mod programs;
+
+struct Control(ControllerProcess, Summary, ProgramWriter);
 
 impl Program for Control {
     const PROCESS: Process = Process::Controller;
@@ -14,7 +17,7 @@ impl Program for Control {
 
     fn build(settings: ControllerSettings) -> Result<Self, Failure> {
         let process = ControllerProcess::new(&settings).map_err(Failure::unusable)?;
-        Ok(Self(process, Summary::default()))
+        Ok(Self(process, Summary::default(), ProgramWriter::new(settings.programs)))
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
@@ -49,6 +52,7 @@ impl Program for Control {
                 }
                 commands.publish(&output.command)?;
                 self.tell(&output.summary, state.header.tick);
+                self.2.write(state.header.tick, output.command.status, self.0.whole_body());
                 let figures = shell.figures();
                 let holding = output.command.mode == Mode::Holding.code();
                 figures.state = if holding { State::Holding } else { State::Running }.code();

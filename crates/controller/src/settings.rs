@@ -41,6 +41,21 @@ pub struct ControllerSettings {
     /// When the walk may start.
     #[serde(default)]
     pub settle: SettleSettings,
+    /// Quadratic programs to be written down.
+    #[serde(default)]
+    pub programs: Programs,
+}
+
+/// Section `[programs]`: quadratic programs written as JSON, as `soleus-inspect qp` reads them. By default none is, and no tick pays.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Programs {
+    /// Those of these ticks.
+    pub ticks: Vec<i64>,
+    /// Those of as many steps that were relaxed or held, the first ones.
+    pub trouble_max: u32,
+    /// Where to; the launcher names a folder of the run. By default the working directory.
+    pub output_folder: PathBuf,
 }
 
 /// Weight and stiffness of a task.

@@ -261,8 +261,9 @@ impl ControllerProcess {
             Some(_) if now_s >= 0.0 => Mode::Walking,
             Some(_) => Mode::Standing,
         };
-        self.summary.holding = (mode == Mode::Holding)
-            .then(|| if self.held_in_a_row >= HELD_IN_A_ROW_MAX { Reason::SolverFailed } else { Reason::InputMissing });
+        let why_held =
+            if self.held_in_a_row >= HELD_IN_A_ROW_MAX { Reason::SolverFailed } else { Reason::InputMissing };
+        self.summary.holding = (mode == Mode::Holding).then_some(why_held);
         let next = walk.evaluate(next_s);
         let state = self.state.as_mut().expect("set above");
         let mut command = RobotCommand {

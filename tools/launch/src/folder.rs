@@ -31,6 +31,10 @@ impl RunFolder {
                 table.insert("output_file".to_string(), text(folder.recording()));
                 table.insert("attachment_folder".to_string(), text(folder.path.join("config")));
             }
+            if let Some(Value::Table(programs)) = table.get_mut("programs") {
+                let folder = path.join("programs").display().to_string();
+                programs.entry("output_folder").or_insert(Value::String(folder));
+            }
             let text = toml::to_string_pretty(&table).expect("what was read from TOML can be written as TOML");
             let title = format!("# Effective configuration of the {process} in scenario `{}`.\n", scenario.name);
             std::fs::write(folder.config(process), title + &text).map_err(failed)?;
