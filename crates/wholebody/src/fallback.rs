@@ -93,26 +93,26 @@ pub fn solve(
 fn answer(formulation: &mut Formulation, report: &mut StepReport) -> Status {
     let Formulation { problem, solvers, .. } = formulation;
     if report.answered_by == AnsweredBy::Solver {
-        let outcome = solvers.solve(problem);
-        note(report, outcome);
-        let has_answer = outcome.report.status.has_solution() || outcome.report.status == Status::Infeasible;
+        note(report, solvers.solve(problem));
+        let has_answer = report.solver_status.has_solution() || report.solver_status == Status::Infeasible;
         if has_answer || !solvers.switch_to_reserve(problem) {
             return report.solver_status;
         }
         report.answered_by = AnsweredBy::Reserve;
     }
-    let outcome = solvers.solve(problem);
-    note(report, outcome);
-    if report.solver_status.has_solution() && report.residuals.feasibility > FEASIBILITY_MAX {
-        report.solver_status = Status::NumericalFailure;
-    }
+    note(report, solvers.solve(problem));
     report.solver_status
 }
 
+/// A solution that misses its limits by more than [`FEASIBILITY_MAX`], or that is no number, is none.
 fn note(report: &mut StepReport, outcome: &Outcome) {
-    report.iterations += outcome.report.iterations;
-    report.solver_status = outcome.report.status;
-    report.residuals = outcome.report.residuals;
+    let found = &outcome.report;
+    report.iterations += found.iterations;
+    report.residuals = found.residuals;
+    // A NaN is not within the limit; and residuals, being maxima, may not show one of the point.
+    let is_usable = found.residuals.feasibility <= FEASIBILITY_MAX && found.x.iter().all(|x| x.is_finite());
+    let is_refused = found.status.has_solution() && !is_usable;
+    report.solver_status = if is_refused { Status::NumericalFailure } else { found.status };
 }
 
 /// Which limits give way, and how far.
