@@ -13,8 +13,9 @@ pub const PHASES_MAX: usize = 10_000;
 pub const SAMPLES_MAX: usize = 500_000;
 /// Longest walk (s): a day.
 const WALK_MAX_S: f64 = 86_400.0;
-/// Farthest coordinate (m): a thousand kilometres, where the coordinates of a foot are rounded to 1e-10 m.
-const FAR_M: f64 = 1e6;
+/// Farthest coordinate (m): 90 km, where the coordinates of a foot are rounded to 1e-11 m. Soft soles are computed up to 100 km: that
+/// leaves the way walked from here.
+const FAR_M: f64 = 9e4;
 /// Largest heading (rad): the planner counts turns, but a heading must keep its digits.
 const HEADING_MAX_RAD: f64 = 1e3;
 
@@ -77,7 +78,7 @@ impl GaitSettings {
         let inside = "the ankle must stand over the sole";
         within("sole.left_ankle_in_sole_m[0]", ankle_x, over(sole.length_m), inside)?;
         within("sole.left_ankle_in_sole_m[1]", ankle_y, over(sole.width_m), inside)?;
-        let near = "give at most a thousand kilometres";
+        let near = "give at most 90 km";
         within("start.x_m", start.x_m, -FAR_M..=FAR_M, near)?;
         within("start.y_m", start.y_m, -FAR_M..=FAR_M, near)?;
         within("start.yaw_rad", start.yaw_rad, -HEADING_MAX_RAD..=HEADING_MAX_RAD, "give at most 1000 rad")?;
@@ -128,13 +129,13 @@ impl GaitSettings {
 
     fn validate_walk(&self) -> Result<(), GaitError> {
         let step = |field, value: f64| within(field, value, -10.0..=10.0, "steps may measure up to 10 m");
-        let coordinate = |field, value: f64| within(field, value, -FAR_M..=FAR_M, "give at most a thousand kilometres");
+        let coordinate = |field, value: f64| within(field, value, -FAR_M..=FAR_M, "give at most 90 km");
         match &self.walk {
             Walk::Straight { step_length_m, .. } => step("walk.step_length_m", *step_length_m)?,
             Walk::Sideways { step_width_m, .. } => step("walk.step_width_m", *step_width_m)?,
             Walk::Circle { step_length_m, radius_m, .. } => {
                 step("walk.step_length_m", *step_length_m)?;
-                let remedy = "give 0.01 m to 1000 km, or its negative; for a turn on the spot use kind = \"in_place\"";
+                let remedy = "give 0.01 m to 90 km, or its negative; for a turn on the spot use kind = \"in_place\"";
                 within("walk.radius_m", radius_m.abs(), 0.01..=FAR_M, remedy)?;
             }
             Walk::InPlace { turn_per_swing_rad, .. } => {
