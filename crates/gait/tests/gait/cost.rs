@@ -29,7 +29,7 @@ fn by_simpson(pattern: &WalkPattern, n: u32) -> CostTerms {
     terms
 }
 
-/// The demand.
+/// The errors of both rules are far below: Simpson's falls with the fourth power of 4000 parts. A term left out would be far above.
 const RELATIVE: f64 = 1e-8;
 
 fn agrees(name: &str, settings: &GaitSettings) {

@@ -125,8 +125,9 @@ fn turning(radius_m: f64, length_m: f64) -> GaitSettings {
 #[test]
 fn the_longest_step_while_turning() {
     let limit_m = GaitSettings::default().limits.step_length_max_m;
-    // Rounding of the footholds' coordinates.
-    const ROUNDING_M: f64 = 1e-14;
+    // Rounding of eight footholds, each placed from the last one by the platform's sine and cosine; the steps asked for too much are a
+    // thousand times longer.
+    const ROUNDING_M: f64 = 1e-12;
     for radius_m in [3.0, -3.0, 1.2, -0.8] {
         let settings = turning(radius_m, limit_m);
         let plan = planned(&format!("radius {radius_m}"), &settings, BETWEEN_SAMPLES_M);
@@ -205,8 +206,9 @@ fn work_grows_linearly_with_the_number_of_swings() {
             plan(&settings).expect("feasible").report.programs
         };
         for (a, b) in of(10).iter().zip(&of(1000)) {
-            // At lambda = 1 ahead they do grow, as the crate's documentation says: 10 to 18.
-            let limit = if lambda < 1.0 { a.iterations + 2 } else { 2 * a.iterations };
+            // At lambda = 1 ahead they do grow, as the crate's documentation says: 10 to 18. Last bits, other on another processor, add or
+            // spare a few; in proportion it would be 100 times as many.
+            let limit = if lambda < 1.0 { 2 * a.iterations } else { 3 * a.iterations };
             assert!(b.iterations <= limit, "lambda {lambda}: {} then {} iterations", a.iterations, b.iterations);
             let entries = |p: &gait::ProgramReport| (p.hessian_entries + p.constraint_entries) as f64;
             assert!(entries(b) / entries(a) < 115.0);

@@ -2,9 +2,9 @@
 
 use gait::{GaitSettings, Plan, Quantity, Walk, check, plan};
 
-/// COM equation, m/s^2: the demand.
+/// COM equation (m/s^2): a ten-billionth of gravity. Rounding leaves less; a wrong coefficient would leave far more.
 pub const COM_EQUATION: f64 = 1e-9;
-/// KKT residuals in scaled unknowns: the demand.
+/// KKT residuals in scaled unknowns: what the planner accepts of a solver asked for more digits than it reaches.
 pub const KKT: f64 = 1e-8;
 
 /// How far a ZMP may leave its polygon between 11 samples (m): the planner's limit. The largest found here is 0.4 mm, with mu > 0.
