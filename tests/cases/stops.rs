@@ -5,9 +5,10 @@ use harness::{Launch, Running, eventually, is_alive};
 use messages::topic;
 use recording::{Recording, recover};
 
-/// A walk that goes on for longer than any test.
+/// A walk after which the robot stands for longer than any test, recorded as it goes.
 fn long_walk() -> Running {
-    let running = Launch::short_walk().set("planner.gait.walk.swings=40").start();
+    let running =
+        Launch::short_walk().set("simulator.run.after_walk_s=1e5").set("recorder.flush_period_s=0.05").start();
     running.wait_until_walking();
     running
 }

@@ -1,4 +1,5 @@
-//! Every number of the configurations that ship, made wrong: refused with its name, or harmless. Of lists the first two elements.
+//! Every number of the simulator's and the controller's configurations that ship, made wrong: refused with its name, or harmless. Of
+//! lists the first two elements.
 
 use closed_loop::ClosedLoop;
 use controller::{ControllerProcess, ControllerSettings};

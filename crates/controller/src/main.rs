@@ -52,9 +52,12 @@ impl Program for Control {
                 }
                 commands.publish(&output.command)?;
                 self.tell(&output.summary, state.header.tick);
-                self.2.write(state.header.tick, output.command.status, self.0.whole_body());
-                let figures = shell.figures();
                 let holding = output.command.mode == Mode::Holding.code();
+                // Nothing is solved while the posture is held.
+                if !holding {
+                    self.2.write(state.header.tick, output.command.status, self.0.whole_body());
+                }
+                let figures = shell.figures();
                 figures.state = if holding { State::Holding } else { State::Running }.code();
                 figures.reason = output.summary.holding.unwrap_or(Reason::None).code();
                 figures.solver_status = output.command.status;

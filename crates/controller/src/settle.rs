@@ -81,8 +81,9 @@ impl SettleSettings {
         if !(self.time_max_s > self.window_s + self.duration_s && self.time_max_s <= TIME_MAX_S) {
             return Err(wrong("settle.time_max_s", self.time_max_s, "longer than window_s + duration_s, at most 1e6"));
         }
-        if self.lead_ticks > LEAD_MAX_TICKS {
-            return Err(wrong("settle.lead_ticks", f64::from(self.lead_ticks), "at most 2000"));
+        // Who hears of the start at its own tick has already begun the next one.
+        if !(1..=LEAD_MAX_TICKS).contains(&self.lead_ticks) {
+            return Err(wrong("settle.lead_ticks", f64::from(self.lead_ticks), "1 to 2000"));
         }
         Ok(())
     }
@@ -178,7 +179,7 @@ pub struct NotSettled {
 
 fn why(unmet: &Option<Unmet>) -> String {
     unmet.map_or_else(
-        || "the robot's states were missing, not finite or without orientation".to_string(),
+        || "nothing could be measured last: the posture was held (the log says why), or states were missing, not finite or without orientation".to_string(),
         |unmet| unmet.to_string(),
     )
 }
@@ -223,6 +224,9 @@ impl SettleDetector {
     pub fn observe(&mut self, tick: i64, seen: Option<&Stance>) -> Result<Option<i64>, NotSettled> {
         let s = self.settings;
         let first_tick = *self.first_tick.get_or_insert(tick);
+        if seen.is_none() {
+            self.unmet = None;
+        }
         let zero = seen.and_then(|seen| self.take(tick, seen));
         let waited_s = (tick - first_tick) as f64 * self.period_s;
         if zero.is_none() && waited_s >= s.time_max_s {
@@ -271,7 +275,8 @@ impl SettleDetector {
             (Criterion::Weight, (measured_sum / planned_sum - 1.0).abs(), s.weight_error_max),
         ]
         .into_iter()
-        .filter(|(_, measured, limit)| measured > limit)
+        // What is not a number is not met either.
+        .filter(|(_, measured, limit)| measured.is_nan() || measured > limit)
         .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))
         .map(|(criterion, measured, limit)| Unmet { criterion, measured, limit })
     }

@@ -72,7 +72,9 @@ impl Program for Simulate {
             output = self.process.advance();
             shell.cycle_waits();
             let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
-            self.process.take_command(&command);
+            if let Some(why) = self.process.take_command(&command) {
+                tracing::warn!("tick {tick}: {why}: refused, the one before stays in force (health counts the rest)");
+            }
             // Published before the command: looked for earlier, it would be there or not as the machine's load has it.
             if let Some(start) = starts.latest()? {
                 self.process.take_start(&start);

@@ -131,17 +131,22 @@ impl SimulatorProcess {
     }
 
     /// Takes the answer to a state. One of the past is not used, and one that no robot could follow is counted as refused: the command
-    /// before stays.
-    pub fn take_command(&mut self, command: &RobotCommand) {
+    /// before stays. Says why the first one was.
+    pub fn take_command(&mut self, command: &RobotCommand) -> Option<ImpossibleCommand> {
         let newer = self.taken.is_none_or(|taken| command.header.tick > taken.header.tick);
         if !newer || command.header.robot_fingerprint != self.robot_fingerprint {
-            return;
+            return None;
         }
-        if check_command(command, self.joints.interface_count()).is_err() {
-            self.figures.refused += 1;
-        } else {
-            self.taken = Some(*command);
-            self.age_ticks = 0;
+        match check_command(command, self.joints.interface_count()) {
+            Err(why) => {
+                self.figures.refused += 1;
+                (self.figures.refused == 1).then_some(why)
+            }
+            Ok(()) => {
+                self.taken = Some(*command);
+                self.age_ticks = 0;
+                None
+            }
         }
     }
 

@@ -31,7 +31,7 @@ OUTPUT, one JSON document on stdout:
      "nle"        h(q, v): Coriolis, centrifugal and gravity forces
      "gravity"    h(q, 0)
      "rnea"       M a + h(q, v)
-     "aba"        M^-1 (tau - h(q, v)); null if a joint moves nothing (then "singular_joint" names it, exit code 1)
+     "aba"        M^-1 (tau - h(q, v)); null where M is singular: exit code 1, and if a joint moves nothing "singular_joint" names it
      "aba_error"  estimate of its relative error: what one step of iterative refinement changes; absent with "aba" null
      "com", "Jcom", "com_drift"      centre of mass in the world, its Jacobian (3 x nv), its acceleration when a = 0
      "hg", "Ag", "hg_drift"          momentum about the centre of mass (world axes, linear first), its matrix (6 x nv), its rate
@@ -185,10 +185,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let states: Vec<Terms> = states
         .map(|(k, state)| evaluator.terms(state).with_context(|| format!("states[{k}]")))
         .collect::<anyhow::Result<_>>()?;
-    let outcome = match model.massless_joint() {
-        Some(_) => Outcome::NotSolved,
-        None => Outcome::Solved,
-    };
+    let solved = states.iter().all(|terms| terms.aba.is_some());
+    let outcome = if solved { Outcome::Solved } else { Outcome::NotSolved };
     let (followers, mass) = (followers(&model), model.total_mass_kg());
     door::write(&Output { robot: model.name(), nv: model.nv(), mass, joints, followers, states })?;
     Ok(outcome)
@@ -228,27 +226,29 @@ impl<'a> Evaluator<'a> {
         gravity_forces(model, ws, &q, &mut held);
         rnea(model, ws, &q, &v, &a, &mut forces);
         let singular = model.massless_joint();
-        let aba_error = singular.is_none().then(|| {
+        let mut aba_error = singular.is_none().then(|| {
             aba(model, ws, &q, &v, &tau, &mut accelerations);
             aba_refined(model, ws, &q, &v, &tau, &mut refined)
         });
+        // M of coupled joints may be singular without any massless joint.
+        aba_error = aba_error.filter(|error| error.is_finite() && accelerations.iter().all(|a| a.is_finite()));
         whole_body_terms(model, ws, &q, &v, &mut self.terms);
-        let terms = &self.terms;
-        Ok(Terms {
-            M: door::rows(&terms.mass_matrix),
-            nle: door::list(&terms.bias),
+        let sweep = &self.terms;
+        let terms = Terms {
+            M: door::rows(&sweep.mass_matrix),
+            nle: door::list(&sweep.bias),
             gravity: door::list(&held),
             rnea: door::list(&forces),
-            aba: singular.is_none().then(|| door::list(&accelerations)),
+            aba: aba_error.map(|_| door::list(&accelerations)),
             aba_error,
             singular_joint: singular.map(|joint| model.joints()[joint.0].name.clone()),
-            com: terms.com.into(),
-            Jcom: door::rows(&terms.com_jacobian),
-            com_drift: terms.com_drift.into(),
-            hg: terms.momentum.into(),
-            Ag: door::rows(&terms.centroidal_matrix),
-            hg_drift: terms.centroidal_drift.into(),
-            frames: terms
+            com: sweep.com.into(),
+            Jcom: door::rows(&sweep.com_jacobian),
+            com_drift: sweep.com_drift.into(),
+            hg: sweep.momentum.into(),
+            Ag: door::rows(&sweep.centroidal_matrix),
+            hg_drift: sweep.centroidal_drift.into(),
+            frames: sweep
                 .frames
                 .iter()
                 .map(|frame| {
@@ -260,7 +260,36 @@ impl<'a> Evaluator<'a> {
                     (model.frames()[frame.frame.0].name.clone(), output)
                 })
                 .collect(),
-        })
+        };
+        if let Some(quantity) = terms.overflow() {
+            anyhow::bail!(
+                "`{quantity}` is beyond what a number can hold: use smaller positions, velocities or accelerations"
+            );
+        }
+        Ok(terms)
+    }
+}
+
+impl Terms {
+    /// The first quantity with an entry that is not finite; `aba` says itself where it is not.
+    fn overflow(&self) -> Option<&'static str> {
+        let rows = |rows: &[Vec<f64>]| rows.iter().flatten().all(|x| x.is_finite());
+        let list = |list: &[f64]| list.iter().all(|x| x.is_finite());
+        let frames = |frame: &FrameOutput| rows(&frame.placement) && rows(&frame.J) && list(&frame.drift);
+        let finite = [
+            ("M", rows(&self.M)),
+            ("nle", list(&self.nle)),
+            ("gravity", list(&self.gravity)),
+            ("rnea", list(&self.rnea)),
+            ("com", list(&self.com)),
+            ("Jcom", rows(&self.Jcom)),
+            ("com_drift", list(&self.com_drift)),
+            ("hg", list(&self.hg)),
+            ("Ag", rows(&self.Ag)),
+            ("hg_drift", list(&self.hg_drift)),
+            ("frames", self.frames.values().all(frames)),
+        ];
+        finite.into_iter().find(|(_, finite)| !finite).map(|(name, _)| name)
     }
 }
 

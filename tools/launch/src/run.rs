@@ -107,7 +107,7 @@ fn watch(
         if let Some(reason) = ears.over {
             return Ok(reason);
         }
-        if let Some(ending) = first_death(children) {
+        if let Some(ending) = first_death(children, ears) {
             return Err(ending);
         }
         if !ears.begun() && named.elapsed() > IMPATIENCE {
@@ -121,25 +121,35 @@ fn watch(
 }
 
 /// The unexpected end of a process, if one has ended. When several did, the one that did not merely follow another.
-fn first_death(children: &mut [Supervised]) -> Option<Ending> {
+fn first_death(children: &mut [Supervised], ears: &mut Ears) -> Option<Ending> {
     children.iter_mut().find_map(Supervised::ended)?;
-    // Those that die of the same cause, or of the death of another, do so within a moment.
-    std::thread::sleep(Duration::from_millis(50));
-    let mut endings: Vec<(bool, Ending)> = Vec::new();
-    for child in children.iter_mut() {
-        if let Some(status) = child.ended() {
-            endings.push((status.signal().is_some(), child.explain(status)));
+    // Those that die of the same cause do so within a moment. Who only lost a partner may be quicker than the partner, which says that
+    // it stops before it has put away what it holds.
+    let start = Instant::now();
+    loop {
+        std::thread::sleep(Duration::from_millis(50));
+        // A broken subscriber no longer matters.
+        let _ = ears.listen();
+        let mut endings: Vec<(u8, Ending)> = Vec::new();
+        for child in children.iter_mut() {
+            if let Some(status) = child.ended() {
+                let followed = status.signal().is_none() && ears.lost_a_partner(child.process);
+                let ending = child.explain(status);
+                let rank = match ending.code {
+                    2 => 0,
+                    1 | 5 | 6 => 1,
+                    3 => 2,
+                    _ if followed => 4,
+                    _ => 3,
+                };
+                endings.push((rank, ending));
+            }
+        }
+        let first = endings.into_iter().min_by_key(|(rank, _)| *rank);
+        if start.elapsed() > STOP_PATIENCE || first.as_ref().is_some_and(|(rank, _)| *rank < 4) {
+            return first.map(|(_, ending)| ending);
         }
     }
-    let rank = |(killed, ending): &(bool, Ending)| match ending.code {
-        2 => 0,
-        1 | 5 | 6 => 1,
-        3 => 2,
-        // One that ends by itself with this code lost a partner.
-        _ if *killed => 3,
-        _ => 4,
-    };
-    endings.into_iter().min_by_key(rank).map(|(_, ending)| ending)
 }
 
 /// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
@@ -168,7 +178,7 @@ struct Ears {
     truth: Subscriber<Truth>,
     commands: Subscriber<RobotCommand>,
     deformations: Subscriber<SoleDeformation>,
-    states: Vec<(Process, Option<State>)>,
+    states: Vec<(Process, Option<State>, Reason)>,
     summary: Summary,
     over: Option<Reason>,
     begun: bool,
@@ -182,7 +192,7 @@ impl Ears {
             truth: domain.subscriber(topic::TRUTH_ROBOT, Robot::Any, DEPTH)?,
             commands: domain.subscriber(topic::ROBOT_COMMAND, Robot::Any, DEPTH)?,
             deformations: domain.subscriber(topic::SOLE_DEFORMATION, Robot::Any, DEPTH)?,
-            states: processes.iter().map(|process| (*process, None)).collect(),
+            states: processes.iter().map(|process| (*process, None, Reason::None)).collect(),
             summary: Summary::default(),
             over: None,
             begun: false,
@@ -211,8 +221,9 @@ impl Ears {
             while let Some(health) = subscriber.try_next()? {
                 self.summary.health(&health);
                 let state = State::from_code(health.state);
-                if let Some(entry) = self.states.iter_mut().find(|(other, _)| other == process) {
+                if let Some(entry) = self.states.iter_mut().find(|(other, ..)| other == process) {
                     entry.1 = state;
+                    entry.2 = Reason::from_code(health.reason).unwrap_or(Reason::None);
                 }
                 // Any other reason ends the simulator itself, and its exit code says more.
                 if *process == Process::Simulator
@@ -230,8 +241,13 @@ impl Ears {
         self.begun
     }
 
+    /// Whether a process said that it stops because another one has.
+    fn lost_a_partner(&self, process: Process) -> bool {
+        self.states.contains(&(process, Some(State::Stopping), Reason::InputMissing))
+    }
+
     fn not_ready(&self) -> Vec<&'static str> {
         let ready = |state: &Option<State>| matches!(state, Some(State::Ready | State::Running | State::Holding));
-        self.states.iter().filter(|(_, state)| !ready(state)).map(|(process, _)| process.word()).collect()
+        self.states.iter().filter(|(_, state, _)| !ready(state)).map(|(process, ..)| process.word()).collect()
     }
 }

@@ -51,6 +51,9 @@ fn wrong_questions_are_refused() {
     ask(r#"{"states": [{}, {"joint_angles": {"R_KNE_P": 1}}]}"#)
         .assert_refused(&["states[1]", "did you mean `R_KNEE_P`"]);
     ask(r#"{"states": [{"base_quaternion_xyzw": [0, 0, 0, 0]}]}"#).assert_refused(&["not a rotation"]);
+    let rushing = format!(r#"{{"states": [{{}}, {{"v": {:?}}}]}}"#, [1e200; 40]);
+    ask(&rushing).assert_refused(&["states[1]", "beyond what a number can hold"]);
+    ask(r#"{"states": [{"base_quaternion_xyzw": [1e300, 0, 0, 1]}]}"#).assert_refused(&["not a rotation"]);
     ask(r#"{"states": [{"angles": {}}]}"#).assert_refused(&["unknown field `angles`"]);
     inspect(&["dynamics", "--robot", "/nowhere.urdf"], "{}").assert_refused(&["/nowhere.urdf: cannot be read"]);
     inspect(&["dynamics", "--robot", &robot, "--gravity", "0", "0", "nan"], "{}").assert_refused(&["--gravity"]);
