@@ -30,7 +30,7 @@ impl Status {
 }
 
 /// Karush-Kuhn-Tucker residuals of the problem as given (not as a backend scaled it), each relative to the size of the terms
-/// that should cancel, `max(1, largest term)`.
+/// that should cancel, `max(1, largest term)`. Infinite where point or multipliers are not finite: maxima would pass over a NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Residuals {
     /// `|P x + c + A' y_eq + C' y_in + y_bound|`, largest component.
@@ -42,6 +42,10 @@ pub struct Residuals {
 }
 
 impl Residuals {
+    /// Of what is no point: as far off as can be.
+    pub(crate) const NONE: Self =
+        Self { stationarity: f64::INFINITY, feasibility: f64::INFINITY, complementarity: f64::INFINITY };
+
     /// The largest of the three.
     #[must_use]
     pub fn max(&self) -> f64 {

@@ -323,6 +323,9 @@ impl QuadraticProgram {
         y_in: &DVector<f64>,
         y_bound: &DVector<f64>,
     ) -> Residuals {
+        if ![x, y_eq, y_in, y_bound].into_iter().flatten().all(|entry| entry.is_finite()) {
+            return Residuals::NONE;
+        }
         let scale = |terms: &[&DVector<f64>]| terms.iter().map(|t| t.amax()).fold(1.0, f64::max);
         let (Px, Ay, Cy) = (self.P.product(x), self.A.transposed_product(y_eq), self.C.transposed_product(y_in));
         let stationarity = (&Px + &self.c + &Ay + &Cy + y_bound).amax() / scale(&[&Px, &self.c, &Ay, &Cy, y_bound]);

@@ -151,6 +151,10 @@ fn residuals_see_every_kind_of_error() {
     };
     assert!(wrong([0.6, 0.0], [0.4, 0.0]).feasibility > 0.09);
     assert!(wrong([0.5, 0.0], [0.4, 0.0]).stationarity > 0.09);
+    for broken in [f64::NAN, f64::INFINITY] {
+        assert_eq!(wrong([broken, 0.0], [0.5, 0.0]).max(), f64::INFINITY);
+        assert_eq!(wrong([0.5, 0.0], [0.5, broken]).feasibility, f64::INFINITY);
+    }
     assert!(wrong([0.4, 0.0], [0.6, 0.0]).complementarity > 0.05);
     assert!(wrong([0.5, -0.5], [0.5, 0.5]).complementarity > 0.4, "a multiplier towards a side that does not exist");
     assert!(wrong([1.5, 0.0], [-0.5, 0.0]).complementarity > 0.3, "a multiplier of the wrong sign");

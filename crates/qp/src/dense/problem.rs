@@ -174,6 +174,9 @@ impl Problem {
         y_in: &DVector<f64>,
         y_bound: &DVector<f64>,
     ) -> Residuals {
+        if ![x, y_eq, y_in, y_bound].into_iter().flatten().all(|entry| entry.is_finite()) {
+            return Residuals::NONE;
+        }
         let largest = |v: &DVector<f64>| v.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
         let scale = |terms: &[&DVector<f64>]| terms.iter().map(|t| largest(t)).fold(1.0, f64::max);
         let (Px, Ay, Cy) = (&self.P * x, self.A.tr_mul(y_eq), self.C.tr_mul(y_in));

@@ -177,6 +177,8 @@ fn a_hessian_of_condition_1e12_is_solved_to_rounding() {
         assert!(outcome.violation < 1e-9, "seed {seed}: {:e}", outcome.violation);
         let report = &outcome.report;
         let residuals = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
+        let lost = DVector::from_element(report.x.len(), f64::NAN);
+        assert_eq!(problem.residuals(&lost, &report.y_eq, &report.y_in, &report.y_bound).feasibility, f64::INFINITY);
         // P x cancels: its rounding is that of its largest terms.
         let rounding = 16.0 * f64::EPSILON * problem.P.amax() * report.x.norm();
         assert!(residuals.stationarity < 1e-13 + rounding, "seed {seed}: {residuals:?}");
