@@ -54,7 +54,7 @@
 //! Large strains (doubtful past about 5 degrees of tilt, said by [`Status::DoubtfulTilt`], and a tenth of the thickness,
 //! [`Status::DoubtfulCompression`]; a Neo-Hookean sole differs by 3 % in height at a compression of 0.03 and by 5-12 % in tilt up to there).
 //! The equations keep a solution far beyond: foam of E = 0.02 MPa carries a walking stance of 383 N at half its thickness and 12 degrees, the
-//! contact laws exact at every tick, and every tick past the limits says so (`tests/suite/stances.rs`). Nor inertia and weight of the foam,
+//! contact laws exact at every tick, and every tick past the limits says so (`tests/suite/hard_cases.rs`). Nor inertia and weight of the foam,
 //! viscosity in the estimator, side faces unless [`ContactSet::All`].
 //!
 //! # Measured
@@ -116,7 +116,7 @@
 //!
 //! The finest linear mesh walks every tick on all its 627 bottom nodes, but not at 200 Hz: its worst ticks take seven periods. Nor is that
 //! needed: 42 patches of the same mesh are within 0.02 mm of it, and linear elements approach the truth slowly (0.115, 0.078, 0.046, 0.031 mm: with
-//! the first power of their size; `tests/suite/stances.rs`).
+//! the first power of their size; `tests/suite/hard_cases.rs`).
 //! So the error of the paper's mesh is the stiffness of linear elements, not the number of contacts: quadratic elements cost nothing in the tick and
 //! take it away; 36 of their contacts are nine times more accurate than 104 linear ones in a quarter of the time. (The reference is of the same
 //! family; the patches of ever finer *linear* meshes approach it too: 0.033, 0.017 mm.) The tolerance of the iteration, 1e-3 to

@@ -8,6 +8,7 @@ mod far;
 mod files;
 mod finite_elements;
 mod friction_on_soles;
+mod hard_cases;
 mod pictures;
 mod pose_driven;
 mod reference_cases;
