@@ -5,7 +5,7 @@ use crate::error::OwnerError;
 use crate::service::{self, Services};
 use iceoryx2::prelude::*;
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -66,40 +66,50 @@ impl Owner {
 }
 
 impl Possession {
-    /// Locks the domain's file.
+    /// Locks the domain's file, unless somebody else holds it.
     fn take(name: &DomainName) -> Result<Self, OwnerError> {
-        use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+        use std::os::unix::fs::DirBuilderExt;
         let folder = DomainName::user_folder();
         std::fs::DirBuilder::new()
             .recursive(true)
             .mode(0o700)
             .create(&folder)
             .map_err(|source| OwnerError::File { path: folder, source })?;
-        let path = name.lock_path();
-        let failed = |source| OwnerError::File { path: path.clone(), source };
-        // A process that asks whether there is an owner holds the lock for a moment: try again for a while.
+        // A process that asks whether there is an owner, or that wipes what a dead one left, holds the lock for a moment: try
+        // again for a while.
         let until = Instant::now() + Duration::from_millis(300);
         loop {
-            let mut lock =
-                File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
-            match lock.try_lock() {
-                Ok(()) => {
-                    // The owner before us removes the file as it leaves: it must still be the one that carries the name.
-                    let ours = lock.metadata().map_err(failed)?.ino();
-                    if std::fs::metadata(&path).is_ok_and(|metadata| metadata.ino() == ours) {
-                        lock.set_len(0).and_then(|()| writeln!(lock, "{}", std::process::id())).map_err(failed)?;
-                        return Ok(Self { name: name.clone(), lock });
-                    }
-                }
-                Err(std::fs::TryLockError::WouldBlock) if Instant::now() >= until => {
-                    let mut owner = String::new();
-                    lock.read_to_string(&mut owner).map_err(failed)?;
-                    let owner = if owner.trim().is_empty() { "?" } else { owner.trim() }.to_string();
-                    return Err(OwnerError::InUse { domain: name.to_string(), owner });
-                }
-                Err(std::fs::TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(5)),
-                Err(std::fs::TryLockError::Error(source)) => return Err(failed(source)),
+            if let Some(mut possession) = Self::try_take(name)? {
+                let failed = |source| OwnerError::File { path: name.lock_path(), source };
+                let lock = &mut possession.lock;
+                lock.set_len(0).and_then(|()| writeln!(lock, "{}", std::process::id())).map_err(failed)?;
+                return Ok(possession);
             }
+            if Instant::now() >= until {
+                let owner = std::fs::read_to_string(name.lock_path()).unwrap_or_default();
+                let owner = if owner.trim().is_empty() { "?" } else { owner.trim() }.to_string();
+                return Err(OwnerError::InUse { domain: name.to_string(), owner });
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Locks the domain's file if nobody holds it at this moment.
+    fn try_take(name: &DomainName) -> Result<Option<Self>, OwnerError> {
+        use std::os::unix::fs::MetadataExt;
+        let path = name.lock_path();
+        let failed = |source| OwnerError::File { path: path.clone(), source };
+        let lock = File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
+        match lock.try_lock() {
+            Ok(()) => {
+                // Whoever leaves removes the file: a lock on a file that lost its name possesses nothing, and may not wipe
+                // what a new owner has under that name.
+                let ours = lock.metadata().map_err(failed)?.ino();
+                let is_named = std::fs::metadata(&path).is_ok_and(|metadata| metadata.ino() == ours);
+                Ok(is_named.then(|| Self { name: name.clone(), lock }))
+            }
+            Err(std::fs::TryLockError::WouldBlock) => Ok(None),
+            Err(std::fs::TryLockError::Error(source)) => Err(failed(source)),
         }
     }
 
@@ -113,15 +123,12 @@ impl Possession {
 }
 
 /// Removes whatever is left of this user's domains that have no owner any more: killed with all their processes, or still being
-/// left by some. Called by each new owner, and by each process that ends and finds its owner gone.
+/// left by some. Called by each new owner, and by each process that ends and finds its owner gone. What somebody else is
+/// removing at this moment is left to them: it may still be there for a moment on return.
 pub fn remove_abandoned() {
     for name in DomainName::all_of_user() {
         // Taking possession fails while the owner lives; wiping happens when it is given back.
-        if let Ok(lock) = File::open(name.lock_path()).or_else(|_| File::create(name.lock_path()))
-            && lock.try_lock().is_ok()
-        {
-            drop(Possession { name, lock });
-        }
+        drop(Possession::try_take(&name));
     }
 }
 

@@ -213,8 +213,11 @@ fn what_a_killed_owner_left_is_removed_by_whoever_looks_next_and_living_domains_
     let (dead, living) = (domain("dead"), domain("living"));
     let _owner = Owner::claim(&living).expect("nobody else owns it");
     Role::start("owner", &dead).kill();
-    bus::remove_abandoned();
-    assert_eq!(dead.leftovers(), [] as [std::path::PathBuf; 0]);
+    // More than once: another test may be claiming a domain, and be removing this one for us at this moment.
+    eventually("the dead domain is removed", || {
+        bus::remove_abandoned();
+        dead.leftovers().is_empty()
+    });
     let domain = Domain::join(&living, Process::Planner, PATIENCE).expect("it still has its owner");
     domain.publisher(topic::WALK_START).expect("it still works");
 }
