@@ -69,16 +69,16 @@ impl Possession {
     /// Locks the domain's file, unless somebody else holds it.
     fn take(name: &DomainName) -> Result<Self, OwnerError> {
         use std::os::unix::fs::DirBuilderExt;
-        let folder = DomainName::user_folder();
-        std::fs::DirBuilder::new()
-            .recursive(true)
-            .mode(0o700)
-            .create(&folder)
-            .map_err(|source| OwnerError::File { path: folder, source })?;
         // A process that asks whether there is an owner, or that wipes what a dead one left, holds the lock for a moment: try
         // again for a while.
-        let until = Instant::now() + Duration::from_millis(300);
+        let until = Instant::now() + Duration::from_secs(1);
         loop {
+            let folder = DomainName::user_folder();
+            std::fs::DirBuilder::new()
+                .recursive(true)
+                .mode(0o700)
+                .create(&folder)
+                .map_err(|source| OwnerError::File { path: folder, source })?;
             if let Some(mut possession) = Self::try_take(name)? {
                 let failed = |source| OwnerError::File { path: name.lock_path(), source };
                 let lock = &mut possession.lock;
@@ -94,12 +94,16 @@ impl Possession {
         }
     }
 
-    /// Locks the domain's file if nobody holds it at this moment.
+    /// Locks the domain's file if nobody holds it, or removes its folder, at this moment.
     fn try_take(name: &DomainName) -> Result<Option<Self>, OwnerError> {
         use std::os::unix::fs::MetadataExt;
         let path = name.lock_path();
         let failed = |source| OwnerError::File { path: path.clone(), source };
-        let lock = File::options().read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
+        let lock = match File::options().read(true).write(true).create(true).truncate(false).open(&path) {
+            // The last domain of the user took the folder with it.
+            Err(source) if source.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            opened => opened.map_err(failed)?,
+        };
         match lock.try_lock() {
             Ok(()) => {
                 // Whoever leaves removes the file: a lock on a file that lost its name possesses nothing, and may not wipe

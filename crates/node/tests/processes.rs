@@ -227,7 +227,12 @@ fn a_program_whose_owner_goes_away_stops() {
     let (code, said) = echo.end();
     assert_eq!(code, 3, "{said}");
     assert!(said.contains("went away"), "{said}");
-    assert!(setup.name.leftovers().is_empty(), "{:?}", setup.name.leftovers());
+    // Another test may be claiming a domain, and be removing what is left of this one at this moment.
+    let start = Instant::now();
+    while !setup.name.leftovers().is_empty() {
+        assert!(start.elapsed() < PATIENCE, "{:?}", setup.name.leftovers());
+        std::thread::sleep(Duration::from_millis(2));
+    }
 }
 
 #[test]
