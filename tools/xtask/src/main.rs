@@ -8,6 +8,7 @@ mod licenses;
 mod metadata;
 mod readme;
 mod rules;
+mod target_cpu;
 mod walk;
 
 use clap::{Parser, Subcommand};
@@ -26,6 +27,8 @@ enum Task {
     Check,
     /// Dependency rules and licences only.
     Rules,
+    /// Compare choices of `target-cpu` on the benchmarks of the hot paths.
+    TargetCpu,
     /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
     Walk {
         /// A scenario file or the name of one in config/scenarios, then options of soleus-launch.
@@ -38,6 +41,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Check => check::all(),
         Task::Rules => check::rules_and_licenses(),
+        Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
     }
 }

@@ -223,4 +223,12 @@ fn a_massless_leader_is_carried_by_its_follower() {
     let model = Model::from_urdf(&massless, &ModelOptions { base: Base::Fixed, ..ModelOptions::default() }).unwrap();
     assert_eq!(model.massless_joint(), Some(JointIndex(0)));
     assert_eq!(aba_refined(&model, &mut ws, &model.neutral(), &zero, &zero, &mut vd), f64::INFINITY);
+    // No number of such a robot is one, not even those of a wheel that has nothing to do with it.
+    let wheel = r#"<link name="wheel"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+        </inertial></link><joint name="spin" type="continuous"><parent link="frame"/><child link="wheel"/></joint>"#;
+    let two = massless.replace(r#"<link name="crank"/>"#, &format!(r#"{wheel}<link name="crank"/>"#));
+    let model = Model::from_urdf(&two, &ModelOptions { base: Base::Fixed, ..ModelOptions::default() }).unwrap();
+    let (mut ws, mut vd, ones) = (Workspace::new(&model), DVector::zeros(2), DVector::from_element(2, 1.0));
+    aba(&model, &mut ws, &model.neutral(), &ones, &ones, &mut vd);
+    assert!(vd.iter().all(|x| x.is_nan()), "{vd}");
 }

@@ -202,6 +202,24 @@ fn bias_forces_follow_from_the_energy() {
 }
 
 #[test]
+fn an_added_frame_is_where_it_was_put() {
+    for Case { mut model, mut ws, q, mut random, .. } in cases() {
+        let parent = FrameIndex(model.frames().len() - 1);
+        let X_PF = Transform::new(so3::exp(&random.vector(1.0)), random.vector(0.3));
+        let on_a_link = model.add_frame("tool", parent, X_PF);
+        let on_the_tool = model.add_frame("tip", on_a_link, X_PF);
+        forward_kinematics(&model, &mut ws, &q);
+        let X_WP = ws.placement(&model, parent);
+        for (frame, expected) in [(on_a_link, X_WP * X_PF), (on_the_tool, X_WP * X_PF * X_PF)] {
+            let found = ws.placement(&model, frame);
+            assert!((found.translation - expected.translation).norm() < 1e-13);
+            assert!((found.rotation - expected.rotation).norm() < 1e-13);
+        }
+        assert_eq!((model.frame("tool").unwrap(), model.frame("tip").unwrap()), (on_a_link, on_the_tool));
+    }
+}
+
+#[test]
 fn an_external_wrench_enters_through_its_jacobian() {
     for Case { model, mut ws, q, v, a, mut random } in cases() {
         let nv = model.nv();

@@ -6,6 +6,7 @@ mod allocations;
 mod coupled;
 mod hrp4;
 mod identities;
+mod leg;
 mod motion;
 mod random_robot;
 mod urdf;

@@ -166,6 +166,42 @@ fn a_joint_that_moves_nothing_is_named_and_its_matrix_refused() {
         assert_eq!(model.massless_joint(), None);
         crba(&model, &mut ws, &model.neutral(), &mut m);
         assert_eq!(MassFactor::new(&model).factor(&m), Ok(()));
+        m[(3, 3)] = f64::NAN;
+        assert!(
+            matches!(MassFactor::new(&model).factor(&m), Err(NotPositiveDefinite { column: 3, pivot }) if pivot.is_nan())
+        );
+    }
+    // A flywheel whose mass is counted elsewhere is moved all the same.
+    let flywheel = text(0.0).replacen(r#"ixx="0" iyy="0""#, r#"ixx="0.1" iyy="0.1""#, 1);
+    assert_eq!(Model::from_urdf(&flywheel, &ModelOptions::default()).unwrap().massless_joint(), None);
+}
+
+#[test]
+fn what_stands_fast_in_the_world_has_no_share_in_mass_and_centre_of_mass() {
+    let link = |name: &str, mass: f64| {
+        format!(
+            r#"<link name="{name}"><inertial><origin xyz="0.5 0 0"/><mass value="{mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0"
+            ixz="0" iyz="0"/></inertial></link>"#
+        )
+    };
+    let joint = |name: &str, kind: &str, parent: &str, child: &str| {
+        format!(
+            r#"<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/></joint>"#
+        )
+    };
+    let (links, joints) = (
+        link("pillar", 50.0) + &link("plinth", 7.0) + &link("arm", 2.0),
+        joint("glued", "fixed", "pillar", "plinth") + &joint("turn", "continuous", "plinth", "arm"),
+    );
+    let text = format!(r#"<robot name="crane">{links}{joints}</robot>"#);
+    for (base, mass_kg, com_x_m) in [(Base::Fixed, 2.0, 0.0), (Base::Floating, 59.0, 57.0 * 0.5 / 59.0)] {
+        let model = Model::from_urdf(&text, &ModelOptions { base, ..ModelOptions::default() }).unwrap();
+        assert!((model.total_mass_kg() - mass_kg).abs() < 1e-14);
+        let (mut ws, mut q) = (Workspace::new(&model), model.neutral());
+        q.joints[0] = std::f64::consts::FRAC_PI_2;
+        forward_kinematics(&model, &mut ws, &q);
+        let com = center_of_mass(&model, &ws);
+        assert!((com - Vec3::new(com_x_m, 0.5 * 2.0 / mass_kg, 0.0)).norm() < 1e-15, "{com}");
     }
 }
 

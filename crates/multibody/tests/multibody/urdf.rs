@@ -277,8 +277,10 @@ fn numbers_must_be_finite_and_of_a_robots_size() {
         let inside = format!("<origin {origin}/>");
         assert_refused!(pair(joint("j", "fixed", "a", "b", &inside)), ModelError::NotFinite { .. }, "joint `j`");
     }
-    let millimetres = r#"<origin xyz="35800 0 0"/>"#;
-    assert_refused!(pair(joint("j", "fixed", "a", "b", millimetres)), ModelError::Absurd { .. }, "joint `j`", "35800");
+    for millimetres in ["35800 0 0", "0 -35800 0", "0 0 35800"] {
+        let inside = format!(r#"<origin xyz="{millimetres}"/>"#);
+        assert_refused!(pair(joint("j", "fixed", "a", "b", &inside)), ModelError::Absurd { .. }, "joint `j`", "35800");
+    }
     let grams = MASS.replace("value=\"1\"", "value=\"1e9\"");
     assert_refused!([link("l", &grams)], ModelError::Absurd { .. }, "link `l`", "kilograms");
     let huge = MASS.replace("izz=\"1\"", "izz=\"1e12\"");
@@ -349,6 +351,12 @@ fn joints_that_cannot_move_are_refused() {
     ] {
         assert_refused!(pair(joint("j", "prismatic", "a", "b", limit)), ModelError::ImpossibleLimits { .. }, quantity);
     }
+    // A fixed joint has no limits, whatever the file says; a continuous one none of position.
+    let wrong = r#"<limit lower="1" upper="-1" effort="-1" velocity="-1"/>"#;
+    assert_eq!(read(&pair(joint("j", "fixed", "a", "b", wrong))).unwrap().joint_count(), 0);
+    let endless = read(&pair(joint("j", "continuous", "a", "b", LIMIT))).unwrap().joints()[0].limits;
+    assert_eq!((endless.lower, endless.upper), (f64::NEG_INFINITY, f64::INFINITY));
+    assert_eq!((endless.velocity, endless.effort, endless.given), (1.0, 1.0, true));
     let nan = r#"<limit lower="nan" upper="1" effort="1" velocity="1"/>"#;
     assert_refused!(pair(joint("j", "revolute", "a", "b", nan)), ModelError::NotFinite { .. }, "joint `j`", "limit");
 }
