@@ -154,7 +154,7 @@ mod tests {
         let mut ws = Workspace::new(&model);
         let mut q = model.neutral();
         for k in 0..40_000 {
-            let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9][k % 6];
+            let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9, 1e15][k % 7];
             q.joints.iter_mut().enumerate().for_each(|(j, angle)| *angle = scale * ((k * 7 + j) as f64 * 0.618).sin());
             sines(&mut ws.sines, &q);
             for (pair, angle) in ws.sines.iter().zip(q.joints.iter()) {

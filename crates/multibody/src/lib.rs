@@ -136,6 +136,7 @@ pub use crba::crba;
 pub use error::{Item, ModelError};
 pub use jacobian::{com_jacobian, frame_drift, frame_jacobian};
 pub use kinematics::{center_of_mass, forward_kinematics, forward_kinematics_velocity};
+pub use mimic::{CarriedJoint, carried_joints};
 pub use model::{
     Base, Follower, FollowerIndex, Frame, FrameIndex, InertiaCheck, Joint, JointIndex, JointMotion, Limits, Model,
     ModelOptions,

@@ -1,7 +1,7 @@
 //! Which joints move freely, which follow others (`<mimic>`), and which are held.
 
 use crate::error::nearest;
-use crate::urdf::{Kind, Tree};
+use crate::urdf::{self, Kind, Tree};
 use crate::{Follower, Item, Joint, ModelError};
 use std::collections::HashMap;
 
@@ -17,6 +17,42 @@ pub(crate) enum Drive {
     Follows { leader: usize, multiplier: f64, offset: f64 },
     /// Nothing: it stays at this position.
     Held(f64),
+}
+
+/// A joint that another one carries along, as the file says it; see [`carried_joints`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CarriedJoint {
+    /// Name in the URDF.
+    pub name: String,
+    /// Name of the joint that carries it, one without `<mimic>`; `None` where that is fixed or the multiplier is zero.
+    pub leader: Option<String>,
+    /// Its motion over the leader's.
+    pub multiplier: f64,
+    /// Its position (rad, m) when the leader is at zero.
+    pub offset: f64,
+}
+
+/// All joints of a URDF with `<mimic>` that can move, chains resolved, in the file's order. For who shows a robot: a
+/// [`Model`](crate::Model) has only those of them whose leaders the scene moves.
+///
+/// # Errors
+/// [`ModelError`] names the link or joint that is wrong.
+pub fn carried_joints(urdf: &str) -> Result<Vec<CarriedJoint>, ModelError> {
+    let tree = urdf::tree(urdf)?;
+    let drives = drives(&tree, &[])?;
+    let carried =
+        tree.joints.iter().zip(drives).filter(|(joint, _)| joint.mimic.is_some() && joint.kind != Kind::Fixed);
+    let found = carried.map(|(joint, drive)| {
+        let (leader, multiplier, offset) = match drive {
+            Drive::Follows { leader, multiplier, offset } => {
+                (Some(tree.joints[leader].name.clone()), multiplier, offset)
+            }
+            Drive::Held(position) => (None, 0.0, position),
+            Drive::Free => unreachable!("a joint with <mimic> follows another one or is held"),
+        };
+        CarriedJoint { name: joint.name.clone(), leader, multiplier, offset }
+    });
+    Ok(found.collect())
 }
 
 /// What drives every joint of the tree. A joint is held if it is locked, or if it follows one that is locked or fixed (a

@@ -25,7 +25,7 @@ pub enum LegsError {
     #[error(transparent)]
     Model(#[from] RobotModelError),
     /// The closed form does not hold.
-    #[error("the {side} leg has no closed-form inverse kinematics: {source}")]
+    #[error("the {side} leg has no closed-form inverse kinematics")]
     Leg {
         /// Which leg.
         side: &'static str,

@@ -8,7 +8,7 @@
 
 mod settings;
 
-pub use settings::{RecorderSettings, SettingsError};
+pub use settings::{RecorderSettings, SettingsError, UnusableRobot};
 
 use messages::{Message, PatternHeader, PatternPhase, SoleContact, Topic, Truth};
 use recording::{RunInfo, WriteError, Writer};

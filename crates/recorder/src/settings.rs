@@ -1,7 +1,8 @@
 //! `config/recorder.toml`, where every key is documented, and what is read with it.
 
-use recording::{RunInfo, ViewerSettings};
+use recording::{Follower, RunInfo, ViewerSettings};
 use robot::{Robot, RobotError};
+use robot_model::RobotModelError;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -58,6 +59,17 @@ pub enum SettingsError {
     },
 }
 
+/// The robot cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum UnusableRobot {
+    /// Its folder.
+    #[error(transparent)]
+    Folder(#[from] RobotError),
+    /// Its URDF.
+    #[error(transparent)]
+    Model(#[from] RobotModelError),
+}
+
 impl TryFrom<File> for RecorderSettings {
     type Error = SettingsError;
 
@@ -94,9 +106,18 @@ impl RecorderSettings {
     ///
     /// # Errors
     /// If the robot's folder is not as it should be.
-    pub fn read_robot(&mut self) -> Result<(), RobotError> {
+    pub fn read_robot(&mut self) -> Result<(), UnusableRobot> {
         let robot = Robot::load_on(&self.robot_folder, self.sole_file.as_deref())?;
         self.viewer.joint_names = robot.description.joints.clone();
+        self.viewer.followers = robot_model::followers(&robot)?
+            .into_iter()
+            .map(|robot_model::Follower { name, leader, multiplier, offset }| Follower {
+                name,
+                leader,
+                multiplier,
+                offset,
+            })
+            .collect();
         self.viewer.base_link = robot.description.base_link.clone();
         self.viewer.sole_size_m = robot.sole_outline().size_m;
         self.sole_files =
@@ -142,4 +163,50 @@ fn attach_file(path: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result
         info.files.push((format!("{prefix}/{}", name.to_string_lossy()), std::fs::read(path)?));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Settings for the robot of a folder.
+    fn settings(robot_folder: &Path) -> RecorderSettings {
+        RecorderSettings {
+            robot_folder: robot_folder.to_owned(),
+            sole_file: None,
+            sole_files: Vec::new(),
+            output_file: PathBuf::new(),
+            attachment_folder: None,
+            flush_period_s: 1.0,
+            contact_every_ticks: 1,
+            viewer: ViewerSettings::default(),
+        }
+    }
+
+    #[test]
+    fn viewers_are_told_of_joints_that_follow_others() {
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
+        let mut plain = settings(&shipped);
+        plain.read_robot().expect("it ships");
+        assert_eq!((plain.viewer.joint_names.len(), plain.viewer.followers.len()), (34, 0));
+
+        // The same robot, one finger of which closes with the thumb and has no drive of its own.
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let copy = |name: &str, change: &dyn Fn(String) -> String| {
+            let text = std::fs::read_to_string(shipped.join(name)).expect("it ships");
+            std::fs::write(folder.path().join(name), change(text)).expect("room");
+        };
+        let finger = r#"<joint name="R_HAND_J1" type="revolute">"#;
+        copy("sole.toml", &|text| text);
+        copy("hrp4.urdf", &|text| text.replacen(finger, &format!(r#"{finger}<mimic joint="R_HAND_J0"/>"#), 1));
+        copy("robot.toml", &|text| text);
+        let refused = settings(folder.path()).read_robot().expect_err("robot.toml lists it still").to_string();
+        assert!(refused.contains("R_HAND_J1") && refused.contains("robot.toml"), "{refused}");
+        copy("robot.toml", &|text| text.replace(r#", "R_HAND_J1""#, ""));
+        let mut coupled = settings(folder.path());
+        coupled.read_robot().expect("one joint less");
+        let leader = coupled.viewer.joint_names.iter().position(|name| name == "R_HAND_J0");
+        let follower = Follower { name: "R_HAND_J1".to_string(), leader, multiplier: 1.0, offset: 0.0 };
+        assert_eq!((coupled.viewer.joint_names.len(), coupled.viewer.followers), (33, vec![follower]));
+    }
 }

@@ -4,8 +4,9 @@
 //!
 //! - **the exact messages** of every topic, under the topic's name with a `/` in front (`/robot/state`), as protobuf after
 //!   `proto/soleus.proto`: every number comes back bit for bit, so that any process can be run again against the recording;
-//! - **the same for viewers**: `/tf` (`foxglove.FrameTransforms`), `/joint_states` (`foxglove.JointStates`), `/scene`
-//!   (`foxglove.SceneUpdate`), made from the truth by [`Viewer`];
+//! - **the same for viewers**: `/tf` (`foxglove.FrameTransforms`), `/joint_states` (`foxglove.JointStates`: the joints of
+//!   the messages, and those that follow them by `<mimic>`), `/scene` (`foxglove.SceneUpdate`), made from the truth by
+//!   [`Viewer`];
 //! - metadata `soleus` (version, commit, host, pace, ..) and attachments (effective configuration, the robot's files).
 //!
 //! Log time is the control time: tick x 5 ms, from zero, so that a recording of a run in lock-step is the same however fast it
@@ -30,7 +31,7 @@ mod writer;
 pub use error::{ReadError, SchemaError, WriteError};
 pub use reader::{Recorded, Recording};
 pub use recover::{Recovered, recover};
-pub use viewer::{Viewer, ViewerSettings};
+pub use viewer::{Follower, Viewer, ViewerSettings};
 pub use writer::{RunInfo, Writer};
 
 /// Ending of a file under way.

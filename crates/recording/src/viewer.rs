@@ -20,12 +20,27 @@ const ORANGE: [f64; 4] = [0.95, 0.6, 0.1, 1.0];
 pub struct ViewerSettings {
     /// Names of the joints in the order of the messages.
     pub joint_names: Vec<String>,
+    /// Joints that are none of the messages' and move with one that is.
+    pub followers: Vec<Follower>,
     /// Name of the floating base's link.
     pub base_link: String,
     /// Length, width and thickness of the soles; the sole frame is at the centre of the bottom.
     pub sole_size_m: [f64; 3],
     /// How often the scene is drawn; at least 1.
     pub scene_every_ticks: i64,
+}
+
+/// A joint at `multiplier * leader + offset` (`<mimic>` in a URDF): viewers draw it at zero if they are not told where it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower {
+    /// Name of the joint.
+    pub name: String,
+    /// The joint that carries it, in the order of the messages; `None` if it stays at its offset.
+    pub leader: Option<usize>,
+    /// Its motion over the leader's.
+    pub multiplier: f64,
+    /// Its position (rad, m) when the leader is at zero.
+    pub offset: f64,
 }
 
 /// Draws.
@@ -77,6 +92,15 @@ impl Viewer {
                 put_double(out, 2, truth.joint_position_rad[joint]);
                 put_double(out, 3, truth.joint_velocity_rad_per_s[joint]);
                 put_double(out, 5, truth.joint_torque_nm[joint]);
+            });
+        }
+        for Follower { name, leader, multiplier, offset } in &self.settings.followers {
+            let of_leader =
+                |values: &[f64]| leader.and_then(|leader| values[..count].get(leader)).copied().unwrap_or(0.0);
+            put_nested(out, 2, |out| {
+                put_text(out, 1, name);
+                put_double(out, 2, multiplier * of_leader(&truth.joint_position_rad) + offset);
+                put_double(out, 3, multiplier * of_leader(&truth.joint_velocity_rad_per_s));
             });
         }
     }

@@ -2,7 +2,7 @@
 
 use messages::{Header, Message, PatternHeader, PatternPhase, Plain, RobotState, SoleDeformation, Topic, Truth, topic};
 use prost_reflect::{DescriptorPool, DynamicMessage, Value};
-use recording::{Recording, RunInfo, ViewerSettings, Writer, recover};
+use recording::{Follower, Recording, RunInfo, ViewerSettings, Writer, recover};
 use std::path::Path;
 
 /// A message of reproducible random bits, among them numbers that are not finite.
@@ -27,6 +27,9 @@ fn bytes<T: Plain>(value: &T) -> Vec<u8> {
 fn settings() -> ViewerSettings {
     ViewerSettings {
         joint_names: vec!["HIP".to_string()],
+        followers: [("FINGER", Some(0), -2.0), ("CLASP", None, 0.0)]
+            .map(|(name, leader, multiplier)| Follower { name: name.to_string(), leader, multiplier, offset: 0.25 })
+            .to_vec(),
         base_link: "body".to_string(),
         sole_size_m: [0.23, 0.13, 0.021],
         scene_every_ticks: 1,
@@ -122,6 +125,8 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     writer.record(topic::ROBOT_STATE, &state).expect("room");
     let mut truth = Truth { header: Header::new(400, 77), joint_count: 1, ..Truth::ZERO };
     truth.joint_position_rad[0] = -0.5;
+    truth.joint_velocity_rad_per_s[0] = 3.0;
+    truth.joint_torque_nm[0] = 40.0;
     truth.base_position_m = [1.0, 2.0, 3.0];
     truth.base_rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     truth.sole_rotation = [truth.base_rotation; 2];
@@ -150,6 +155,14 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     let joints = decoded(&path, "/joint_states");
     assert_eq!(at(&joints, "joints.0.name"), Value::String("HIP".to_string()));
     assert_eq!(at(&joints, "joints.0.position"), Value::F64(-0.5));
+    assert_eq!(at(&joints, "joints.0.velocity"), Value::F64(3.0));
+    assert_eq!(at(&joints, "joints.0.effort"), Value::F64(40.0));
+    assert_eq!(at(&joints, "joints.1.name"), Value::String("FINGER".to_string()));
+    assert_eq!(at(&joints, "joints.1.position"), Value::F64(1.25));
+    assert_eq!(at(&joints, "joints.1.velocity"), Value::F64(-6.0));
+    assert_eq!(at(&joints, "joints.2.name"), Value::String("CLASP".to_string()));
+    assert_eq!(at(&joints, "joints.2.position"), Value::F64(0.25));
+    assert_eq!(at(&joints, "joints.2.velocity"), Value::F64(0.0));
     let scene = decoded(&path, "/scene");
     assert_eq!(at(&scene, "entities.0.cubes.1.size.x"), Value::F64(0.23));
     assert_eq!(at(&scene, "entities.0.arrows.0.shaft_length"), Value::F64(0.8 * 0.2));

@@ -4,19 +4,27 @@
 //! [`JointMap`] says where the others are in the robot's interface. Joints with `<mimic>` move with their leaders and are no
 //! part of the interface.
 
-use multibody::{Model, ModelError, ModelOptions};
+use multibody::{CarriedJoint, Model, ModelError, ModelOptions, carried_joints};
 use robot::{JointMap, Robot};
 use std::path::PathBuf;
 
 /// Why a robot's folder makes no model.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotModelError {
-    /// The URDF, or a name that it does not know.
-    #[error("{}: {source}", .file.display())]
+    /// The URDF.
+    #[error("{}: no robot that can be computed", .file.display())]
     Model {
         /// The file.
         file: PathBuf,
         /// What is wrong.
+        source: Box<ModelError>,
+    },
+    /// The description names what the URDF does not have.
+    #[error("{}: a name that the URDF does not know", .file.display())]
+    Name {
+        /// The description.
+        file: PathBuf,
+        /// Which, and the nearest known one.
         source: Box<ModelError>,
     },
     /// A movable joint of the URDF is missing in the description.
@@ -27,14 +35,17 @@ pub enum RobotModelError {
     },
     /// A joint that another one carries along (`<mimic>`) is listed as one of the interface: it has no drive, position or
     /// torque of its own to be told or reported.
-    #[error("{}: `joints` lists `{joint}`, which follows `{leader}` in the URDF and is not driven; remove it", .file.display())]
+    #[error(
+        "{}: `joints` lists `{joint}`, which follows {} in the URDF and is not driven; remove it",
+        .file.display(), .leader.as_ref().map_or("a joint that cannot move".to_owned(), |leader| format!("`{leader}`"))
+    )]
     Follower {
         /// The description.
         file: PathBuf,
         /// The joint.
         joint: String,
-        /// The joint that it follows.
-        leader: String,
+        /// The joint that it follows, if that can move.
+        leader: Option<String>,
     },
     /// A leg's joints are not listed.
     #[error("{}: groups.{group} must name hip yaw, roll, pitch, knee, ankle pitch and roll", .file.display())]
@@ -50,7 +61,7 @@ impl RobotModelError {
     /// A name in `robot.toml` that the model does not know.
     #[must_use]
     pub fn unknown(robot: &Robot, source: ModelError) -> Self {
-        Self::Model { file: description(robot), source: Box::new(source) }
+        Self::Name { file: description(robot), source: Box::new(source) }
     }
 }
 
@@ -64,20 +75,49 @@ fn description(robot: &Robot) -> PathBuf {
 /// [`RobotModelError`] names the file.
 pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError> {
     let options = ModelOptions { locked_joints: robot.description.walking_locked_joints(), ..ModelOptions::default() };
-    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| RobotModelError::Model {
-        file: robot.folder.join(&robot.description.urdf),
-        source: Box::new(source),
-    })?;
-    for follower in model.followers() {
-        if robot.description.joints.contains(&follower.name) {
-            let (joint, leader) = (follower.name.clone(), model.joints()[follower.joint.0].name.clone());
-            return Err(RobotModelError::Follower { file: description(robot), joint, leader });
-        }
-    }
+    let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| unreadable(robot, source))?;
+    followers(robot)?;
     let names = model.joints().iter().map(|joint| joint.name.as_str());
     let map =
         JointMap::new(&robot.description, names).ok_or_else(|| RobotModelError::Joints { file: description(robot) })?;
     Ok((model, map))
+}
+
+/// A joint that another one carries along (`<mimic>`): it is at `multiplier * leader + offset` and is none of the interface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follower {
+    /// Name in the URDF.
+    pub name: String,
+    /// Which joint of the interface carries it; `None` if nothing does: then it stays at its offset.
+    pub leader: Option<usize>,
+    /// Its motion over the leader's.
+    pub multiplier: f64,
+    /// Its position (rad, m) when the leader is at zero.
+    pub offset: f64,
+}
+
+/// All joints of a robot that follow others, also those that a walking scene does not move: what a picture of the robot needs
+/// beside the joints of its interface.
+///
+/// # Errors
+/// [`RobotModelError::Follower`] if the description lists one of them, [`RobotModelError::Joints`] if it lacks a leader.
+pub fn followers(robot: &Robot) -> Result<Vec<Follower>, RobotModelError> {
+    let carried = carried_joints(&robot.urdf).map_err(|source| unreadable(robot, source))?;
+    let listed = |name: &str| robot.description.joints.iter().position(|joint| joint == name);
+    let follower = |CarriedJoint { name, leader, multiplier, offset }| {
+        if listed(&name).is_some() {
+            return Err(RobotModelError::Follower { file: description(robot), joint: name, leader });
+        }
+        let leader = leader
+            .map(|leader| listed(&leader).ok_or_else(|| RobotModelError::Joints { file: description(robot) }))
+            .transpose()?;
+        Ok(Follower { name, leader, multiplier, offset })
+    };
+    carried.into_iter().map(follower).collect()
+}
+
+fn unreadable(robot: &Robot, source: ModelError) -> RobotModelError {
+    RobotModelError::Model { file: robot.folder.join(&robot.description.urdf), source: Box::new(source) }
 }
 
 /// Names of the legs' joints, left and right, each from the hip: yaw, roll, pitch, knee, ankle pitch, ankle roll.
@@ -129,6 +169,40 @@ mod tests {
     }
 
     #[test]
+    fn followers_are_known_whether_the_scene_moves_them_or_not() {
+        let mut robot = hrp4();
+        // The elbow walks along; the second hand joint is locked with the first, whose file says nothing of limits then.
+        for (joint, mimic) in [
+            ("R_ELBOW_P", r#"<mimic joint="L_ELBOW_P" multiplier="-1"/>"#),
+            ("R_HAND_J1", r#"<mimic joint="R_HAND_J0" multiplier="0.5" offset="0.1"/>"#),
+            ("L_HAND_J1", r#"<mimic joint="L_HAND_J0" multiplier="0" offset="0.2"/>"#),
+        ] {
+            let opening = format!(r#"<joint name="{joint}" type="revolute">"#);
+            assert!(robot.urdf.contains(&opening), "{joint}");
+            robot.urdf = robot.urdf.replacen(&opening, &format!("{opening}{mimic}"), 1);
+            let listed = walking_model(&robot).expect_err("it is still listed");
+            assert!(listed.to_string().contains(joint), "{listed}");
+            robot.description.joints.retain(|listed| listed != joint);
+            robot.description.groups.values_mut().for_each(|group| group.retain(|member| member != joint));
+        }
+        let (model, map) = walking_model(&robot).expect("none of them is listed any more");
+        let moved: Vec<&str> = model.followers().iter().map(|follower| follower.name.as_str()).collect();
+        assert_eq!((moved, map.interface_count()), (vec!["R_ELBOW_P"], 31));
+        let mut found = followers(&robot).expect("three");
+        found.sort_by(|a, b| a.name.cmp(&b.name));
+        let index = |name: &str| robot.description.joints.iter().position(|joint| joint == name);
+        let follower =
+            |name: &str, leader, multiplier, offset| Follower { name: name.to_owned(), leader, multiplier, offset };
+        let expected = [
+            follower("L_HAND_J1", None, 0.0, 0.2),
+            follower("R_ELBOW_P", index("L_ELBOW_P"), -1.0, 0.0),
+            follower("R_HAND_J1", index("R_HAND_J0"), 0.5, 0.1),
+        ];
+        assert_eq!(found, expected);
+        assert_eq!(followers(&hrp4()).expect("none"), []);
+    }
+
+    #[test]
     fn what_is_missing_is_named() {
         let mut robot = hrp4();
         robot.description.joints.retain(|joint| joint != "L_KNEE_P");
@@ -138,7 +212,11 @@ mod tests {
         assert!(matches!(leg_joints(&robot), Err(RobotModelError::Group { group: "left_leg", .. })));
         let mut robot = hrp4();
         robot.urdf = robot.urdf.replacen("<link name=\"body\">", "<link name=\"torso\">", 1);
-        let error = walking_model(&robot).expect_err("two links of one name").to_string();
-        assert!(error.contains("hrp4.urdf") && error.contains("torso"), "{error}");
+        let error = walking_model(&robot).expect_err("two links of one name");
+        let cause = std::error::Error::source(&error).expect("what is wrong with the URDF").to_string();
+        assert!(error.to_string().ends_with("hrp4.urdf: no robot that can be computed"), "once is enough: {error}");
+        assert!(cause.contains("torso"), "{cause}");
+        let unknown = RobotModelError::unknown(&robot, ModelError::NoMass);
+        assert!(unknown.to_string().ends_with("robot.toml: a name that the URDF does not know"), "{unknown}");
     }
 }

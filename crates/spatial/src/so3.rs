@@ -214,8 +214,21 @@ mod tests {
             let r = exp(&phi);
             let (w, v) = quaternion(&r);
             assert!((from_quaternion(w, &v) - r).norm() < ROUNDING);
+            assert!((from_quaternion(-3.0 * w, &(-3.0 * v)) - r).norm() < ROUNDING, "of any length and sign");
             let e = roll_pitch_yaw(&r);
             assert!((from_roll_pitch_yaw(e.x, e.y, e.z) - r).norm() < ROUNDING);
+        }
+    }
+
+    #[test]
+    fn euler_angles_return_a_base_that_looks_straight_up_or_down() {
+        // Where pitch is nearly a quarter turn its sine no longer tells how nearly.
+        for from_vertical in [0.0, 1e-12, 1e-9, 1e-6, 1e-3] {
+            for pitch in [std::f64::consts::FRAC_PI_2 - from_vertical, from_vertical - std::f64::consts::FRAC_PI_2] {
+                let r = from_roll_pitch_yaw(0.4, pitch, -1.1);
+                let e = roll_pitch_yaw(&r);
+                assert!((from_roll_pitch_yaw(e.x, e.y, e.z) - r).norm() < ROUNDING, "{pitch}");
+            }
         }
     }
 

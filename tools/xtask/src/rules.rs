@@ -80,7 +80,7 @@ const MAY_USE: [(&str, &[&str]); 30] = [
             "spatial",
         ],
     ),
-    ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "scenario"]),
+    ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "robot_model", "scenario"]),
     ("soleus-replayer", &["closed_loop", "messages", "node", "recording", "robot", "scenario"]),
     // Compositions.
     (
