@@ -9,10 +9,15 @@ use super::kernels::{axpy, combine, dot, project};
 const KEPT_FRACTION: f64 = 0.1;
 
 /// `D = Q R`: the columns of D are the gradients of the active constraints in `y = Lᵀ x`, Q has orthonormal columns.
+///
+/// The first columns of Q may be unit vectors, of bounds taken up in the right order ([`Order`](super::order::Order)): they are
+/// not stored, and a projection on them is a look at one component.
 #[derive(Debug, Clone)]
 pub struct Basis {
     n: usize,
     len: usize,
+    /// Components of the leading unit vectors.
+    units: Vec<usize>,
     /// Q by columns.
     q: Vec<f64>,
     /// R by rows, upper triangular.
@@ -22,35 +27,61 @@ pub struct Basis {
 
 impl Basis {
     pub fn new(n: usize) -> Self {
-        Self { n, len: 0, q: vec![0.0; n * n], r: vec![0.0; n * n], correction: vec![0.0; n] }
+        Self {
+            n,
+            len: 0,
+            units: Vec::with_capacity(n),
+            q: vec![0.0; n * n],
+            r: vec![0.0; n * n],
+            correction: vec![0.0; n],
+        }
     }
 
     pub fn clear(&mut self) {
         self.len = 0;
+        self.units.clear();
+    }
+
+    /// Appends a column that has no component beyond those of the unit vectors there, except at `component`. Only while all
+    /// columns are unit vectors.
+    pub fn push_unit(&mut self, d: &[f64], component: usize) {
+        let (n, k) = (self.n, self.len);
+        debug_assert!(k == self.units.len() && d[component] > 0.0);
+        for (i, unit) in self.units.iter().enumerate() {
+            self.r[i * n + k] = d[*unit];
+        }
+        self.r[k * n + k] = d[component];
+        self.units.push(component);
+        self.len += 1;
     }
 
     /// Splits d: `h = Qᵀ d`, `z = d - Q h`. In: `z` holds d. Returns ‖z‖.
     pub fn split(&mut self, z: &mut [f64], h: &mut [f64]) -> f64 {
         let (n, len) = (self.n, self.len);
-        let h = &mut h[..len];
+        let units = self.units.len();
+        let (on_units, h) = h[..len].split_at_mut(units);
+        for (unit, h) in self.units.iter().zip(on_units) {
+            *h = std::mem::take(&mut z[*unit]);
+        }
+        let q = &self.q[units * n..];
         let before = dot(z, z).sqrt();
-        project(&self.q, n, 0, z, h);
+        project(q, n, 0, z, h);
         for x in h.iter_mut() {
             *x = -*x;
         }
-        combine(&self.q, n, 0, h, z);
+        combine(q, n, 0, h, z);
         for x in h.iter_mut() {
             *x = -*x;
         }
         let mut after = dot(z, z).sqrt();
         if after < KEPT_FRACTION * before {
-            let again = &mut self.correction[..len];
-            project(&self.q, n, 0, z, again);
+            let again = &mut self.correction[..len - units];
+            project(q, n, 0, z, again);
             for (sum, x) in h.iter_mut().zip(again.iter_mut()) {
                 *sum += *x;
                 *x = -*x;
             }
-            combine(&self.q, n, 0, again, z);
+            combine(q, n, 0, again, z);
             after = dot(z, z).sqrt();
         }
         after
@@ -76,6 +107,13 @@ impl Basis {
     pub fn remove(&mut self, k: usize, mut rotate: impl FnMut(usize, f64, f64)) -> &[f64] {
         let (n, len) = (self.n, self.len);
         debug_assert!(k < len);
+        // Those that are turned cease to be unit vectors.
+        for i in k..self.units.len() {
+            let column = &mut self.q[i * n..(i + 1) * n];
+            column.fill(0.0);
+            column[self.units[i]] = 1.0;
+        }
+        self.units.truncate(k);
         for i in 0..len {
             let from = i.max(k + 1);
             self.r.copy_within(i * n + from..i * n + len, i * n + from - 1);
@@ -116,12 +154,20 @@ impl Basis {
 
     /// `y += Q w`.
     pub fn combine(&self, w: &[f64], y: &mut [f64]) {
-        combine(&self.q, self.n, 0, &w[..self.len], y);
+        let units = self.units.len();
+        for (unit, w) in self.units.iter().zip(w) {
+            y[*unit] += w;
+        }
+        combine(&self.q[units * self.n..], self.n, 0, &w[units..self.len], y);
     }
 
     /// `out = Qᵀ y`.
     pub fn project(&self, y: &[f64], out: &mut [f64]) {
-        project(&self.q, self.n, 0, y, &mut out[..self.len]);
+        let units = self.units.len();
+        for (unit, out) in self.units.iter().zip(out.iter_mut()) {
+            *out = y[*unit];
+        }
+        project(&self.q[units * self.n..], self.n, 0, y, &mut out[units..self.len]);
     }
 }
 
@@ -140,6 +186,10 @@ mod tests {
         (0..n).map(|i| (((i + 2) * (k + 3) * 37) % 23) as f64 - 11.0).collect()
     }
 
+    fn unit(n: usize, i: usize) -> Vec<f64> {
+        (0..n).map(|k| f64::from(k == i)).collect()
+    }
+
     fn reproduces(basis: &Basis, columns: &[Vec<f64>]) {
         let n = basis.n;
         for (k, d) in columns.iter().enumerate() {
@@ -151,8 +201,10 @@ mod tests {
             assert!(defect < 1e-12, "column {k}: {defect:e}");
         }
         for i in 0..basis.len {
-            for j in 0..basis.len {
-                let product = dot(&basis.q[i * n..(i + 1) * n], &basis.q[j * n..(j + 1) * n]);
+            let (mut column, mut against) = (vec![0.0; n], vec![0.0; n]);
+            basis.combine(&unit(n, i), &mut column);
+            basis.project(&column, &mut against);
+            for (j, product) in against[..basis.len].iter().enumerate() {
                 assert!((product - f64::from(i == j)).abs() < 1e-13);
             }
         }
@@ -181,6 +233,49 @@ mod tests {
             reproduces(&basis, &columns);
         }
         assert!(columns.len() > 5);
+    }
+
+    #[test]
+    fn a_basis_that_begins_with_unit_vectors_is_the_basis_without_that_knowledge() {
+        let n = 11;
+        for leaving in [None, Some(4), Some(2), Some(0), Some(6)] {
+            let (mut quick, mut plain) = (Basis::new(n), Basis::new(n));
+            let mut columns = Vec::new();
+            let (mut z, mut h) = (vec![0.0; n], vec![0.0; n]);
+            for component in [10, 9, 8, 5, 4] {
+                let d: Vec<f64> = column(n, component).iter().map(|x| x.abs() + 1.0).collect();
+                // A lower triangular inverse's column, with blocks 0..6 and 6..11.
+                let of_block = |i: usize| i >= component && (i < 6) == (component < 6);
+                columns.push((0..n).map(|i| if of_block(i) { d[i] } else { 0.0 }).collect::<Vec<_>>());
+                quick.push_unit(columns.last().expect("pushed"), component);
+            }
+            columns.push(column(n, 20));
+            columns.push(column(n, 31));
+            for (k, d) in columns.iter().enumerate() {
+                for basis in [Some(&mut plain), (k >= 5).then_some(&mut quick)].into_iter().flatten() {
+                    z.copy_from_slice(d);
+                    let norm = basis.split(&mut z, &mut h);
+                    basis.push(&z, norm, &h);
+                }
+            }
+            if let Some(k) = leaving {
+                columns.remove(k);
+                let freed = quick.remove(k, |_, _, _| {}).to_vec();
+                let other = plain.remove(k, |_, _, _| {});
+                assert!(freed.iter().zip(other).all(|(a, b)| (a - b).abs() < 1e-13), "{leaving:?}");
+            }
+            for basis in [&quick, &plain] {
+                reproduces(basis, &columns);
+            }
+            let rhs = column(n, 3);
+            let solved = [&quick, &plain].map(|basis| {
+                let (mut lower, mut upper) = (rhs.clone(), rhs.clone());
+                basis.solve_lower(&mut lower);
+                basis.solve_upper(&mut upper);
+                [lower, upper].concat()
+            });
+            assert!(solved[0].iter().zip(&solved[1]).all(|(a, b)| (a - b).abs() < 1e-12), "{leaving:?}");
+        }
     }
 
     #[test]

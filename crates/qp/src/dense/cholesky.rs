@@ -1,6 +1,7 @@
 //! `P = L Lᵀ` and the two triangular solves, in place, without allocation, along the block structure of P.
 
 use super::kernels::{axpy, combine, dot};
+use super::order::Order;
 use nalgebra::DMatrix;
 
 /// Columns treated together in the triangular solves.
@@ -34,11 +35,11 @@ impl Cholesky {
         Self { n, lower: vec![0.0; n * n], inverse_diagonal: vec![0.0; n], ends: vec![0; n] }
     }
 
-    /// Factorises the matrix given by its lower triangle: left-looking, four columns at a time.
-    pub fn factorise(&mut self, matrix: &DMatrix<f64>) -> Result<(), Indefinite> {
+    /// Factorises a symmetric matrix, rows and columns taken in the given order: left-looking, four columns at a time. Both
+    /// triangles are read.
+    pub fn factorise(&mut self, matrix: &DMatrix<f64>, order: &Order) -> Result<(), Indefinite> {
         let n = self.n;
         assert_eq!(matrix.shape(), (n, n), "the matrix must have the size the factor was made for");
-        let source = matrix.as_slice();
         let mut end = 0;
         let mut j = 0;
         while j < n {
@@ -46,15 +47,12 @@ impl Cholesky {
             // Columns whose blocks ended before j contribute nothing.
             let start = self.ends[..j].partition_point(|e| *e <= j);
             for k in j..j + width {
-                end = end.max(k + 1);
-                while let Some(last) = source[k * n + end..(k + 1) * n].iter().rposition(|x| *x != 0.0) {
-                    end += last + 1;
-                }
+                end = end.max(order.end(k));
             }
             let (done, panel) = self.lower.split_at_mut(j * n);
             for (k, column) in panel.chunks_exact_mut(n).take(width).enumerate() {
                 column[j..j + k].fill(0.0);
-                column[j + k..end].copy_from_slice(&source[(j + k) * n + j + k..(j + k) * n + end]);
+                order.column(matrix, j + k, j + k, &mut column[j + k..end]);
                 // Rows beyond an earlier block's end hold old numbers, not zeros.
                 column[end..].fill(0.0);
             }
@@ -86,10 +84,28 @@ impl Cholesky {
 
     /// `x <- L⁻¹ x`; leading zeros of x are free.
     pub fn solve_lower(&self, x: &mut [f64]) {
+        if let Some(first) = x.iter().position(|v| *v != 0.0) {
+            self.solve_lower_from(first, self.n, x);
+        }
+    }
+
+    /// `x <- L⁻¹ e`, the column of the inverse that belongs to one unknown.
+    pub fn inverse_column(&self, position: usize, x: &mut [f64]) {
+        x.fill(0.0);
+        x[position] = 1.0;
+        // A column reaches down to its end, the columns up to there to theirs.
+        let mut stop = self.ends[position];
+        while stop < self.ends[stop - 1] {
+            stop = self.ends[stop - 1];
+        }
+        self.solve_lower_from(position, stop, x);
+    }
+
+    /// The same for an x that is zero before `first`, when the solution is zero from `stop` on.
+    fn solve_lower_from(&self, first: usize, stop: usize, x: &mut [f64]) {
         let n = self.n;
-        let Some(first) = x.iter().position(|v| *v != 0.0) else { return };
         let mut j = first / BLOCK * BLOCK;
-        while j < n {
+        while j < stop {
             let width = BLOCK.min(n - j);
             for k in j..j + width {
                 let solved = x[k] * self.inverse_diagonal[k];
@@ -181,12 +197,18 @@ mod tests {
         out
     }
 
+    fn found(matrix: &DMatrix<f64>) -> Order {
+        let mut order = Order::natural(matrix.nrows());
+        order.arrange(matrix, |_| false);
+        order
+    }
+
     #[test]
     fn factor_and_solves_agree_with_nalgebra_whatever_the_blocks() {
         let mut reused = Cholesky::new(15);
         for sizes in [&[15][..], &[1; 15], &[7, 1, 1, 6], &[3, 12], &[1, 5, 4, 5]] {
             let p = blocks(sizes);
-            reused.factorise(&p).expect("positive definite");
+            reused.factorise(&p, &found(&p)).expect("positive definite");
             let expected = p.clone().cholesky().expect("positive definite").l();
             let rhs = DVector::from_fn(15, |i, _| if i < 2 { 0.0 } else { i as f64 - 4.5 });
             let (mut down, mut up) = (rhs.clone(), rhs.clone());
@@ -198,13 +220,34 @@ mod tests {
     }
 
     #[test]
+    fn a_matrix_in_another_order_is_factorised_in_that_order() {
+        let p = blocks(&[6, 1, 8]);
+        let mut order = Order::natural(15);
+        order.arrange(&p, |i| [0, 3, 6, 9, 14].contains(&i));
+        let mut factor = Cholesky::new(15);
+        factor.factorise(&p, &order).expect("positive definite");
+        let turned = DMatrix::from_fn(15, 15, |i, j| p[(order.unknown(i), order.unknown(j))]);
+        let expected = turned.cholesky().expect("positive definite").l();
+        let rhs = DVector::from_fn(15, |i, _| i as f64 - 4.5);
+        let mut down = rhs.clone();
+        factor.solve_lower(down.as_mut_slice());
+        assert!((&expected * down - rhs).amax() < 1e-12);
+        let mut inverse = DMatrix::zeros(15, 15);
+        for (j, mut column) in inverse.column_iter_mut().enumerate() {
+            factor.inverse_column(j, column.as_mut_slice());
+        }
+        assert!((expected * inverse - DMatrix::identity(15, 15)).amax() < 1e-12);
+    }
+
+    #[test]
     fn an_indefinite_matrix_is_named_with_its_pivot() {
         let mut p = blocks(&[4, 3]);
         p[(5, 5)] = -2.0;
-        let error = Cholesky::new(7).factorise(&p).expect_err("not positive definite");
+        let order = found(&p);
+        let error = Cholesky::new(7).factorise(&p, &order).expect_err("not positive definite");
         assert_eq!(error.column, 5);
         assert!(error.pivot < 0.0);
         p[(5, 5)] = f64::NAN;
-        assert!(Cholesky::new(7).factorise(&p).expect_err("not a number").pivot.is_nan());
+        assert!(Cholesky::new(7).factorise(&p, &order).expect_err("not a number").pivot.is_nan());
     }
 }

@@ -17,7 +17,7 @@ use crate::settings::WholeBodySettings;
 use crate::task::{self, NormalEquations};
 use multibody::{Base, Model, WholeBodyTerms, Workspace, whole_body_terms};
 use nalgebra::{DVector, RowDVector};
-use qp::dense::{Active, Problem};
+use qp::dense::{Active, Problem, Side};
 use qp::{Residuals, Row, Status};
 use spatial::{Transform, Vec6};
 
@@ -236,13 +236,19 @@ impl WholeBody {
         self.clock.map_or(0, |clock| clock())
     }
 
-    /// When the contacts have changed, what held before is the guess for the program of another size.
+    /// When the contacts have changed, what held before is the guess for the program of another size; and a foot that has just
+    /// come carries nothing yet.
     fn prepare_guess(&mut self, set: usize) {
         if self.contact_set == Some(set) {
             return;
         }
         self.guess.clear();
         let layout = &self.formulations[set].layout;
+        let stood = self.contact_set.map_or([true; 2], |before| self.formulations[before].layout.contacts);
+        for foot in layout.standing().filter(|foot| !stood[*foot]) {
+            let rows = (0..layout.intensities).filter_map(|index| layout.row(ConstraintId::Intensity { foot, index }));
+            self.guess.extend(rows.map(|row| Active { row, side: Side::Lower }));
+        }
         for active in &self.report.active {
             if let Some(row) = layout.row(active.id) {
                 self.guess.push(Active { row, side: active.side });

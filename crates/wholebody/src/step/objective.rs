@@ -56,8 +56,14 @@ impl WholeBody {
         }
         if let Some(weight) = tasks.torque_weight {
             add_torques(layout, problem, &self.terms, weight);
+            task::mirror(&mut problem.P, 0..layout.size().variables);
+        } else {
+            // Nothing couples motion and intensities, or one foot's with the other's.
+            task::mirror(&mut problem.P, 0..layout.nv);
+            for first in layout.standing().map(|foot| layout.force(foot)) {
+                task::mirror(&mut problem.P, first..first + layout.intensities);
+            }
         }
-        task::mirror(&mut problem.P);
     }
 
     /// Rows of all tasks on motion, and their errors.

@@ -1,6 +1,7 @@
 //! Weighted rows gathered into Hessian and gradient.
 
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// Rows accumulated together.
 const GROUP: usize = 4;
@@ -83,12 +84,12 @@ impl NormalEquations {
     }
 }
 
-/// Copies the lower triangle to the upper one.
-pub fn mirror(matrix: &mut DMatrix<f64>) {
+/// Copies the lower triangle of a block on the diagonal to its upper one.
+pub fn mirror(matrix: &mut DMatrix<f64>, block: Range<usize>) {
     let n = matrix.nrows();
     let values = matrix.as_mut_slice();
-    for j in 0..n {
-        for i in j + 1..n {
+    for j in block.clone() {
+        for i in j + 1..block.end {
             values[i * n + j] = values[j * n + i];
         }
     }
@@ -115,6 +116,12 @@ mod tests {
         for k in 0..width {
             for i in k..width {
                 assert!((p[(first + i, first + k)] - expected[(i, k)]).abs() < 1e-12);
+            }
+        }
+        mirror(&mut p, first..first + width);
+        for k in 0..n {
+            for i in 0..n {
+                assert_eq!(p[(i, k)], p[(k, i)], "blocks are symmetric, what is beside them stays as it was");
             }
         }
         let gradient = -(j.transpose() * &w * target);

@@ -30,6 +30,33 @@ fn hrp4_follows_a_planned_walk_with_every_constraint_met() {
     assert!(watch.turns() <= 2, "{said}");
 }
 
+/// Changes of the active set in the step at which a foot comes or goes. Found one by one, the intensities of a foot that
+/// carries nothing yet would take as many changes as there are generators: 16 to 64.
+const CHANGES_AT_SWITCHING_MAX: u32 = 2;
+
+#[test]
+fn a_foot_that_comes_or_goes_hardly_changes_the_active_set_however_many_generators_there_are() {
+    let robot = robot();
+    let plan = Walk::straight(2);
+    for generators_per_point in [4, 8, 16] {
+        let model = model(&robot, Joints::Legs);
+        let mut settings = settings(&robot, &model);
+        settings.constraints.generators_per_point = generators_per_point;
+        let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+        let (mut before, mut switchings) = ([true; 2], 0);
+        walk(&plan, &mut body, PERIOD_S, |tick, _, reference, report| {
+            let now = [0, 1].map(|foot: usize| reference.feet[foot].in_contact);
+            if now != before {
+                switchings += 1;
+                let changes = report.iterations;
+                assert!(changes <= CHANGES_AT_SWITCHING_MAX, "{generators_per_point}, tick {tick}: {changes} changes");
+            }
+            before = now;
+        });
+        assert_eq!(switchings, 4, "two steps");
+    }
+}
+
 #[test]
 fn stages_are_timed_by_the_clock_that_is_handed_in() {
     use std::sync::atomic::{AtomicU64, Ordering};

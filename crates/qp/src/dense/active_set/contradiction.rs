@@ -68,8 +68,7 @@ impl ActiveSet {
     /// The certificate: `a = Σ rₖ aₖ` to rounding, while the limits contradict each other. Multipliers and weights are
     /// positive at upper sides.
     pub(super) fn describe_contradiction(&mut self, problem: &Problem, entering: Violated) {
-        self.x.copy_from_slice(&self.y);
-        self.cholesky.solve_upper(&mut self.x);
+        self.place_x();
         let value = row_times(problem, self.size, entering.row, &self.x);
         let contradiction = &mut self.outcome.contradiction;
         contradiction.amount = (limit_of(problem, self.size, entering.row, entering.sign) - value).abs();

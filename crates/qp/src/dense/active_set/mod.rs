@@ -15,7 +15,9 @@
 //! | z = 0 and nothing leaves | the row contradicts the held ones with weights r: infeasible |
 //!
 //! **Warm start.** Rows held by the last solution are taken up at once, without the search; those whose multipliers come out
-//! with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad.
+//! with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad. Bounds of the guess come
+//! first, and their unknowns last in the factorisation of P: they then need neither projections nor long columns of Q. A foot
+//! that is about to leave the ground rests all its forces at zero, up to 64 of them, and costs hardly more than any other.
 //!
 //! **Degeneracy.** The objective rises with every full step, so no set of rows can return, except by rounding. Sets are
 //! therefore remembered as hashes; when one returns, the tolerance is raised tenfold, and the status says so.
@@ -30,6 +32,7 @@ mod rows;
 use super::basis::Basis;
 use super::cholesky::Cholesky;
 use super::kernels::{axpy, combine, dot};
+use super::order::Order;
 use super::{Active, Outcome, Problem, Side, Size, Solver};
 use crate::{Conflict, Row, Status};
 use rows::{label, lengths_of_rows, name};
@@ -77,6 +80,7 @@ struct Held {
 pub struct ActiveSet {
     size: Size,
     settings: ActiveSetSettings,
+    order: Order,
     cholesky: Cholesky,
     basis: Basis,
     held: Vec<Held>,
@@ -140,6 +144,7 @@ impl ActiveSet {
         Self {
             size,
             settings,
+            order: Order::natural(n),
             cholesky: Cholesky::new(n),
             basis: Basis::new(n),
             held: Vec::with_capacity(n),
@@ -252,8 +257,11 @@ impl ActiveSet {
         self.history.fill(0);
         self.loosening = 1.0;
         self.iterations = 0;
+        self.mark_bounds_of_guess(problem);
+        let (is_held, first) = (&self.is_held, e + m);
+        self.order.arrange(&problem.P, |unknown| is_held[first + unknown]);
         self.cholesky
-            .factorise(&problem.P)
+            .factorise(&problem.P, &self.order)
             .map_err(|stop| if stop.pivot.is_nan() { Status::NumericalFailure } else { Status::Unbounded })?;
         let (equalities, inequalities) = self.norms[..e + m].split_at_mut(e);
         lengths_of_rows(problem.A.as_slice(), n, equalities);
@@ -277,14 +285,34 @@ impl ActiveSet {
             contradiction.amount = lower - upper;
             return Err(Status::Infeasible);
         }
-        for (y, c) in self.y0.iter_mut().zip(problem.c.iter()) {
-            *y = -c;
-        }
+        self.order.arranged(problem.c.iter().map(|c| -c), &mut self.y0);
         self.cholesky.solve_lower(&mut self.y0);
         Ok(())
     }
 
+    /// Bounds of the guess that can be held count as held from here on: they decide on the order of the unknowns.
+    fn mark_bounds_of_guess(&mut self, problem: &Problem) {
+        let first = self.size.equalities + self.size.inequalities;
+        for k in 0..self.guess.len() {
+            let Held { row, sign } = self.guess[k];
+            if row >= first && self.limit(problem, self.guess[k]).is_finite() {
+                self.is_held[row] = true;
+                self.u[row - first] = sign; // multipliers come later
+            }
+        }
+    }
+
+    /// Bounds first, from the last unknown on, where they cost least; then what must hold; then the rest of the guess.
     fn take_up_equalities_and_guess(&mut self, problem: &Problem) {
+        let first = self.size.equalities + self.size.inequalities;
+        for position in (0..self.size.variables).rev() {
+            let unknown = self.order.unknown(position);
+            if self.is_held[first + unknown] {
+                self.cholesky.inverse_column(position, &mut self.d);
+                self.basis.push_unit(&self.d, position);
+                self.held.push(Held { row: first + unknown, sign: self.u[unknown] });
+            }
+        }
         for row in 0..self.size.equalities {
             if !self.append(problem, Held { row, sign: 0.0 }) {
                 self.postponed.push(row);
@@ -320,8 +348,8 @@ impl ActiveSet {
 
     /// Point and multipliers for the rows taken up, after leaving out those whose multipliers have the wrong sign.
     fn settle(&mut self, problem: &Problem) {
-        self.x.copy_from_slice(&self.y0);
-        self.cholesky.solve_upper(&mut self.x);
+        self.y.copy_from_slice(&self.y0);
+        self.place_x();
         self.evaluate(problem, true);
         for k in 0..self.held.len() {
             self.w[k] = self.limit(problem, self.held[k]) - self.value(self.held[k].row);
@@ -354,10 +382,16 @@ impl ActiveSet {
     /// x from y, and all rows at x. After a refinement x is already the better of the two.
     fn locate(&mut self, problem: &Problem, from_y: bool) {
         if from_y {
-            self.x.copy_from_slice(&self.y);
-            self.cholesky.solve_upper(&mut self.x);
+            self.place_x();
         }
         self.evaluate(problem, !self.postponed.is_empty());
+    }
+
+    /// x of y. Overwrites `z`.
+    fn place_x(&mut self) {
+        self.z.copy_from_slice(&self.y);
+        self.cholesky.solve_upper(&mut self.z);
+        self.order.restored(&self.z, &mut self.x);
     }
 
     fn evaluate(&mut self, problem: &Problem, with_equalities: bool) {

@@ -80,9 +80,7 @@ impl ActiveSet {
     /// `P dx - Dᵀ.. du = -gradient`, `a dx = limit - a x` for the held rows with the factors at hand.
     pub(super) fn refine(&mut self, problem: &Problem) {
         let q = self.held.len();
-        for (z, g) in self.z.iter_mut().zip(&self.gradient) {
-            *z = -g;
-        }
+        self.order.arranged(self.gradient.iter().map(|g| -g), &mut self.z);
         self.cholesky.solve_lower(&mut self.z);
         self.basis.project(&self.z, &mut self.h);
         for k in 0..q {
@@ -95,7 +93,8 @@ impl ActiveSet {
         self.basis.combine(&self.w, &mut self.z);
         axpy(1.0, &self.z, &mut self.y);
         self.cholesky.solve_upper(&mut self.z);
-        axpy(1.0, &self.z, &mut self.x);
+        self.order.restored(&self.z, &mut self.gradient); // free until the next judgement
+        axpy(1.0, &self.gradient, &mut self.x);
         self.basis.solve_upper(&mut self.w);
         axpy(1.0, &self.w[..q], &mut self.u[..q]);
     }

@@ -5,17 +5,16 @@ use crate::Row;
 use crate::dense::{Active, Problem, Side, Size};
 
 impl ActiveSet {
-    /// d <- gradient of a row.
+    /// d <- gradient of a row, in the order of the unknowns.
     pub(super) fn gather(&mut self, problem: &Problem, row: usize) {
         let Size { equalities: e, inequalities: m, .. } = self.size;
         if row < e + m {
             let (matrix, rows, row) = if row < e { (&problem.A, e, row) } else { (&problem.C, m, row - e) };
-            for (d, a) in self.d.iter_mut().zip(matrix.as_slice()[row..].iter().step_by(rows)) {
-                *d = *a;
-            }
+            let entries = matrix.as_slice()[row..].iter().step_by(rows).copied();
+            self.order.arranged(entries, &mut self.d);
         } else {
             self.d.fill(0.0);
-            self.d[row - e - m] = 1.0;
+            self.d[self.order.place(row - e - m)] = 1.0;
         }
     }
 
