@@ -12,8 +12,8 @@ use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
 use spatial::{Vec3, so3};
 use wholebody::{
-    ConfigurationError, ConfigurationTargets, ConstraintId, Relaxation, RobotState, StepReport, StepStatus, WholeBody,
-    initial_configuration,
+    ConfigurationError, ConfigurationTargets, ConstraintId, Relaxation, RelaxationSettings, RobotState, StepReport,
+    StepStatus, WholeBody, initial_configuration,
 };
 
 use crate::convert::{plan, reference, vertical_forces};
@@ -70,10 +70,12 @@ pub struct GaveWay {
     pub index: usize,
     /// By how much, in its unit.
     pub amount: f64,
+    /// Position of its kind in the configured order of giving way.
+    pub rank: usize,
 }
 
 impl GaveWay {
-    fn new(relaxed: &Relaxation) -> Self {
+    fn new(relaxed: &Relaxation, order: &RelaxationSettings) -> Self {
         let (limit, index) = match relaxed.id {
             ConstraintId::Load { foot } => (Limit::Load, foot),
             ConstraintId::Collision(pair) => (Limit::Collision, pair),
@@ -83,12 +85,13 @@ impl GaveWay {
             // Physics never gives way.
             ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => (Limit::None, 0),
         };
-        Self { limit, index, amount: relaxed.amount }
+        let rank = relaxed.id.limit().and_then(|limit| order.rank(limit)).unwrap_or(0);
+        Self { limit, index, amount: relaxed.amount, rank }
     }
 
     /// A limit that gives way later is worse, and of one kind the larger amount.
     fn is_worse_than(&self, other: &Self) -> bool {
-        (self.limit.code(), self.amount) > (other.limit.code(), other.amount)
+        (self.rank, self.amount) > (other.rank, other.amount)
     }
 }
 
@@ -285,13 +288,16 @@ impl ControllerProcess {
             command.status = Outcome::Held.code();
         } else {
             let wanted = reference(&walk.evaluate(now_s), &deformation);
-            let report = self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
+            self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
+            let report = self.whole_body.report();
             let held = report.status == StepStatus::Held;
             computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
             self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
             self.summary.held += u64::from(held);
             self.summary.solved += u64::from(report.status == StepStatus::Solved);
-            for gave_way in report.relaxed.iter().map(GaveWay::new).filter(|_| report.status == StepStatus::Relaxed) {
+            let relaxed = if report.status == StepStatus::Relaxed { report.relaxed.as_slice() } else { &[] };
+            let order = &self.whole_body.settings().relaxation;
+            for gave_way in relaxed.iter().map(|relaxed| GaveWay::new(relaxed, order)) {
                 if self.summary.worst.is_none_or(|worst| gave_way.is_worse_than(&worst)) {
                     self.summary.worst = Some(gave_way);
                 }
@@ -334,7 +340,7 @@ impl ControllerProcess {
     /// A limit that gave way, in words.
     #[must_use]
     pub fn describe(&self, gave_way: &GaveWay) -> String {
-        let GaveWay { limit, index, amount } = *gave_way;
+        let GaveWay { limit, index, amount, .. } = *gave_way;
         let body = &self.whole_body;
         let which = match limit {
             Limit::JointMotion | Limit::Torque => body.model().joints()[index].name.clone(),
@@ -411,4 +417,28 @@ fn write_report(command: &mut RobotCommand, report: &StepReport) {
     command.active_constraints = report.active.len() as u32;
     command.solver_residual = report.residuals.feasibility;
     command.solver_iterations = report.iterations;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wholebody::Limit as Kind;
+
+    #[test]
+    fn the_limit_that_should_have_given_way_last_is_the_worst_and_of_one_kind_the_larger_amount() {
+        let relaxed = |id, amount| Relaxation { id, amount, times: 1 };
+        let (torque, contact) = (ConstraintId::Torque(3), ConstraintId::Contact { foot: 1, axis: 2 });
+        for order in [[Kind::Torque, Kind::Contact], [Kind::Contact, Kind::Torque]] {
+            let settings = RelaxationSettings { order: order.to_vec(), ..RelaxationSettings::default() };
+            let gave_way = |id, amount| GaveWay::new(&relaxed(id, amount), &settings);
+            let is_torque_worse = order[1] == Kind::Torque;
+            for (torque_nm, contact_m_per_s2) in [(1.0, 100.0), (100.0, 1.0)] {
+                let [torque, contact] = [gave_way(torque, torque_nm), gave_way(contact, contact_m_per_s2)];
+                assert_eq!(torque.is_worse_than(&contact), is_torque_worse, "{order:?}");
+                assert_eq!(contact.is_worse_than(&torque), !is_torque_worse, "{order:?}");
+            }
+            assert!(gave_way(torque, 2.0).is_worse_than(&gave_way(torque, 1.0)));
+            assert!(!gave_way(torque, 1.0).is_worse_than(&gave_way(torque, 1.0)));
+        }
+    }
 }

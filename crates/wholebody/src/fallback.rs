@@ -28,7 +28,7 @@ use crate::formulation::Formulation;
 use crate::layout::{ConstraintId, Layout};
 use crate::reference::RobotState;
 use crate::report::{AnsweredBy, Relaxation, StepReport, StepStatus};
-use crate::settings::{Limit, RelaxationSettings};
+use crate::settings::RelaxationSettings;
 use qp::dense::{Contradiction, Outcome, Problem};
 use qp::{Conflict, Row, Status};
 
@@ -80,11 +80,17 @@ pub fn solve(
         };
         // A row that comes up again is widened twice as generously each time: contradictions have many sides, and each
         // certificate shows one.
-        let times = report.relaxed.iter().filter(|relaxed| relaxed.id == id).count();
-        let generous = amount * f64::from(1_u32 << times.min(ATTEMPTS_MAX));
-        let amount = generous.min(ladder.left(id));
+        let before = report.relaxed.iter().position(|relaxed| relaxed.id == id);
+        let times = before.map_or(0, |k| report.relaxed[k].times);
+        let amount = (amount * f64::from(1_u32 << times)).min(ladder.left(id));
         widen(problem, &conflict, amount);
-        report.relaxed.push(Relaxation { id, amount });
+        match before {
+            Some(k) => {
+                report.relaxed[k].amount += amount;
+                report.relaxed[k].times += 1;
+            }
+            None => report.relaxed.push(Relaxation { id, amount, times: 1 }),
+        }
     }
     StepStatus::Held
 }
@@ -126,15 +132,7 @@ struct Ladder<'a> {
 impl Ladder<'_> {
     /// Position in the order; `None` for what never gives way.
     fn rank(&self, id: ConstraintId) -> Option<usize> {
-        let limit = match id {
-            ConstraintId::Load { .. } => Limit::Load,
-            ConstraintId::Collision(_) => Limit::Collision,
-            ConstraintId::JointMotion(_) => Limit::JointMotion,
-            ConstraintId::Torque(_) => Limit::Torque,
-            ConstraintId::Contact { .. } => Limit::Contact,
-            ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => return None,
-        };
-        self.settings.order.iter().position(|listed| *listed == limit)
+        id.limit().and_then(|limit| self.settings.rank(limit))
     }
 
     /// What is left of a row's allowance, in its unit.
@@ -151,7 +149,7 @@ impl Ladder<'_> {
             ConstraintId::Contact { .. } => settings.contact_m_per_s2,
             ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => 0.0,
         };
-        let used: f64 = self.relaxed.iter().filter(|relaxed| relaxed.id == id).map(|relaxed| relaxed.amount).sum();
+        let used = self.relaxed.iter().find(|relaxed| relaxed.id == id).map_or(0.0, |relaxed| relaxed.amount);
         allowance - used
     }
 

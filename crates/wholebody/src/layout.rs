@@ -2,6 +2,7 @@
 //!
 //! Unknowns: `x = (vd, f of the left foot, f of the right foot)`, feet in the air left out. One layout per set of contacts.
 
+use crate::settings::Limit;
 use qp::Row;
 use qp::dense::Size;
 
@@ -35,6 +36,21 @@ pub enum ConstraintId {
         /// Point times generators per point plus generator.
         index: usize,
     },
+}
+
+impl ConstraintId {
+    /// The kind of limit it is; `None` for physics, which never gives way.
+    #[must_use]
+    pub fn limit(self) -> Option<Limit> {
+        match self {
+            Self::Load { .. } => Some(Limit::Load),
+            Self::Collision(_) => Some(Limit::Collision),
+            Self::JointMotion(_) => Some(Limit::JointMotion),
+            Self::Torque(_) => Some(Limit::Torque),
+            Self::Contact { .. } => Some(Limit::Contact),
+            Self::BaseDynamics(_) | Self::Intensity { .. } => None,
+        }
+    }
 }
 
 /// Positions for one set of contacts.

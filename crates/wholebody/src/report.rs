@@ -82,8 +82,10 @@ pub struct ActiveConstraint {
 pub struct Relaxation {
     /// Which.
     pub id: ConstraintId,
-    /// By how much, in its unit (N m, m/s², rad/s², N).
+    /// By how much in all, in its unit (N m, m/s², rad/s², N).
     pub amount: f64,
+    /// In how many attempts.
+    pub times: u32,
 }
 
 /// A stance foot's part of the result.
@@ -142,7 +144,7 @@ pub struct StepReport {
     pub tasks: Vec<TaskReport>,
     /// Inequalities and bounds that hold with equality.
     pub active: Vec<ActiveConstraint>,
-    /// Limits that were widened.
+    /// Limits that were widened, each once.
     pub relaxed: Vec<Relaxation>,
     /// The constraints that contradicted each other last, heaviest first; empty when there was no contradiction.
     pub contradiction: Vec<ConstraintId>,

@@ -194,6 +194,14 @@ impl Default for RelaxationSettings {
     }
 }
 
+impl RelaxationSettings {
+    /// Position of a kind in the order: the later it gives way, the worse. `None` for a kind that never does.
+    #[must_use]
+    pub fn rank(&self, limit: Limit) -> Option<usize> {
+        self.order.iter().position(|listed| *listed == limit)
+    }
+}
+
 /// Which solver takes the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Backend {

@@ -34,6 +34,67 @@ fn a_load_limit_that_cannot_be_met_gives_way_first_and_is_named() {
     assert!(report.residuals.max() < 1e-9);
 }
 
+/// Every widened row is reported once, with what it was widened by in all its attempts together: the program that was solved
+/// last shows it.
+fn widenings_are_those_of_the_program(body: &WholeBody) -> u32 {
+    let report = body.report();
+    let problem = body.last_program().expect("a step was made");
+    let mut most = 0;
+    for (k, relaxed) in report.relaxed.iter().enumerate() {
+        assert!(report.relaxed[..k].iter().all(|other| other.id != relaxed.id), "once each: {:?}", report.relaxed);
+        most = most.max(relaxed.times);
+        let row = |i: &usize| body.meaning(qp::Row::Inequality(*i)) == Some(relaxed.id);
+        let widened = match relaxed.id {
+            ConstraintId::Load { foot } => {
+                let i = (0..problem.u.len()).find(row).expect("a row of the program");
+                problem.u[i] - report.feet[foot].load_max_n
+            }
+            ConstraintId::Torque(joint) => {
+                let fraction = body.settings().constraints.torque_fraction;
+                let limit = fraction * body.model().joints()[joint].limits.effort;
+                problem.u[joint] - problem.l[joint] - 2.0 * limit
+            }
+            _ => continue,
+        };
+        assert!((widened - relaxed.amount).abs() < 1e-9 * (1.0 + widened), "{relaxed:?}, but {widened} in the program");
+    }
+    most
+}
+
+#[test]
+fn a_row_that_gives_way_again_and_again_is_reported_once_with_the_whole_amount() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let mut settings = settings(&robot, &model);
+    settings.constraints.acceleration_max_rad_per_s2 = 1.0;
+    settings.constraints.braking_rad_per_s2 = 1.0;
+    settings.constraints.torque_fraction = 0.05;
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let plan = Walk::straight(1);
+    let state = start(body.model(), body.settings(), &plan.reference(0.0));
+    let mut most = 0;
+    for share in [0.0, 0.05, 0.2, 0.4] {
+        let mut reference = plan.reference(0.0);
+        reference.feet.iter_mut().for_each(|foot| foot.load_share = share);
+        assert_ne!(body.step(&state, &reference, PERIOD_S).status, StepStatus::Solved, "share {share}");
+        most = most.max(widenings_are_those_of_the_program(&body));
+    }
+    assert!(most > 1, "some row came up again");
+}
+
+#[test]
+fn the_later_a_limit_is_to_give_way_the_higher_its_rank() {
+    let mut settings = WholeBodySettings::new(["l_ankle", "r_ankle"], "body").relaxation;
+    settings.order = vec![Limit::Contact, Limit::Load];
+    let rank = |id: ConstraintId| id.limit().and_then(|limit| settings.rank(limit));
+    assert_eq!(rank(ConstraintId::Contact { foot: 1, axis: 4 }), Some(0));
+    assert_eq!(rank(ConstraintId::Load { foot: 0 }), Some(1));
+    // Not listed, or physics: never.
+    let never = [ConstraintId::Torque(0), ConstraintId::JointMotion(0), ConstraintId::Collision(0)];
+    let physics = [ConstraintId::BaseDynamics(0), ConstraintId::Intensity { foot: 0, index: 0 }];
+    assert!(never.into_iter().chain(physics).all(|id| rank(id).is_none()));
+}
+
 #[test]
 fn joints_give_way_before_contacts_and_an_absurd_demand_is_named_whatever_comes_of_it() {
     let robot = robot();
