@@ -21,7 +21,7 @@ plain_struct! {
         fall_tick: i64,
         /// Why it counts as fallen: [`crate::code::Fall`].
         fall_cause: u32,
-        /// Largest number of contact iterations in the tick.
+        /// Newton steps of the plant's integration in the tick.
         contact_iterations: u32,
         /// Position of the floating base in the world.
         base_position_m: [f64; 3],
@@ -57,11 +57,11 @@ plain_struct! {
         kinetic_energy_j: f64,
         /// Potential energy of gravity.
         potential_energy_j: f64,
-        /// Elastic energy of the soles.
+        /// Elastic energy of the soles; not computed by the present simulator, which leaves it zero.
         elastic_energy_j: f64,
         /// Work of the servos since tick 0.
         servo_work_j: f64,
-        /// Largest residual of contact in the tick.
+        /// Largest violation of the contact laws at the tick, over the largest nodal force; zero for hard feet.
         contact_residual: f64,
     }
 }

@@ -127,3 +127,39 @@ pub(crate) fn fall_code(fall: &Fall) -> FallCode {
 fn row_major(m: &Mat3) -> [f64; 9] {
     m.transpose().as_slice().try_into().expect("3 x 3 numbers")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stabiliser_is_told_the_plan_as_it_came() {
+        let mut message = PlanMessage {
+            base_rotation: [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            base_position_m: [1.0, 2.0, 3.0],
+            zmp_m: [0.4, 0.5],
+            com_position_m: [0.6, 0.7, 0.8],
+            com_velocity_m_per_s: [0.1, -0.2, 0.3],
+            ..PlanMessage::default()
+        };
+        let quarter_turn = so3::about_z(std::f64::consts::FRAC_PI_2);
+        for (foot, side) in message.feet.iter_mut().zip([1.0, -1.0]) {
+            foot.in_contact = u32::from(side > 0.0);
+            foot.load_share = 0.5 + 0.25 * side;
+            foot.ankle_position_m = [0.1, 0.08 * side, 0.1];
+            foot.ankle_rotation = message.base_rotation;
+            // 200 N upwards, 30 mm in front of the ankle and 10 mm to its left.
+            foot.wrench = [0.0, 0.0, 200.0, 2.0, -6.0, 0.0];
+        }
+        let plan = plan(&message);
+        assert!((plan.base.rotation - quarter_turn).norm() < 1e-15, "{}", plan.base.rotation);
+        assert_eq!((plan.base.translation, plan.zmp), (Vec3::new(1.0, 2.0, 3.0), Vector2::new(0.4, 0.5)));
+        assert_eq!((plan.com, plan.com_velocity), (Vec3::new(0.6, 0.7, 0.8), Vec3::new(0.1, -0.2, 0.3)));
+        for (foot, side) in plan.feet.iter().zip([1.0, -1.0]) {
+            assert_eq!((foot.in_contact, foot.load_share), (side > 0.0, 0.5 + 0.25 * side));
+            assert_eq!(foot.force, Vec3::new(0.0, 0.0, 200.0));
+            assert!((foot.zmp - Vector2::new(0.13, 0.08 * side + 0.01)).norm() < 1e-15, "{}", foot.zmp);
+            assert!((foot.ankle.rotation - quarter_turn).norm() < 1e-15);
+        }
+    }
+}

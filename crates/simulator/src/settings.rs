@@ -203,4 +203,38 @@ mod tests {
         settings.plant.stabiliser.enabled = false;
         settings.check_stabiliser(&robot).expect("nobody asks for a ZMP");
     }
+
+    #[test]
+    fn drives_are_the_robot_s_unless_the_configuration_names_them() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut settings: SimulatorSettings =
+            scenario::load(&root.join("config/simulator.toml"), &[]).expect("it ships");
+        let mut robot = Robot::load(&settings.robot).expect("it ships");
+        // Other than any default.
+        for (k, servo) in robot.description.servos.iter_mut().enumerate() {
+            (servo.kp_nm_per_rad, servo.kd_nm_s_per_rad) = (1000.0 + k as f64, 10.0 + k as f64);
+            (servo.rotor_inertia_kg_m2, servo.coulomb_friction_nm) = (0.5 + k as f64, 3.0 + k as f64);
+            servo.viscous_friction_nm_s_per_rad = 7.0 + k as f64;
+        }
+        let own = DriveSettings { stiffness_nm_per_rad: 42.0, ..DriveSettings::default() };
+        settings.plant.servo.joints.insert("L_KNEE_P".to_owned(), own);
+        let (model, _) = robot_model::walking_model(&robot).expect("it ships");
+        let drives = settings.plant(&robot, &model).servo.joints;
+        assert_eq!(drives.len(), model.joint_count());
+        for joint in model.joints() {
+            let (drive, servo) =
+                (drives[&joint.name], robot.description.servo(&joint.name).expect("every joint has one"));
+            if joint.name == "L_KNEE_P" {
+                assert_eq!(drive, own);
+                continue;
+            }
+            assert_eq!(
+                (drive.stiffness_nm_per_rad, drive.damping_nm_s_per_rad),
+                (servo.kp_nm_per_rad, servo.kd_nm_s_per_rad)
+            );
+            assert_eq!(drive.rotor_inertia_kg_m2, servo.rotor_inertia_kg_m2);
+            assert_eq!(drive.coulomb_friction_nm, servo.coulomb_friction_nm);
+            assert_eq!(drive.viscous_friction_nm_s_per_rad, servo.viscous_friction_nm_s_per_rad);
+        }
+    }
 }
