@@ -1,7 +1,7 @@
 //! One process's configuration: layers of tables, merged, read into settings.
 
 use crate::error::{ConfigError, Origin, Problem};
-use crate::locate::{line_at, line_of};
+use crate::locate::{inline_tables, line_at, line_of};
 use crate::setting::Setting;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
@@ -73,27 +73,42 @@ impl Config {
     pub fn from_text(path: &Path, text: String) -> Result<Self, ConfigError> {
         let table = parse_table(path, &text)?;
         let source = Source::File { path: path.to_path_buf(), text, below: Vec::new() };
-        Ok(Self { layers: Vec::new(), merged: Table::new() }.with_layer(source, table))
+        // There is nothing yet that it could replace.
+        Ok(Self { layers: Vec::new(), merged: Table::new() }.with_layer(source, table, |_| true))
     }
 
     /// Adds keys from a table of another file.
     pub(crate) fn with_table(self, path: &Path, text: &str, below: &[&str], table: Table) -> Self {
-        let below = below.iter().map(|name| (*name).to_string()).collect();
-        self.with_layer(Source::File { path: path.to_path_buf(), text: text.to_string(), below }, table)
+        let below: Vec<String> = below.iter().map(|name| (*name).to_string()).collect();
+        let inline = inline_tables(text);
+        let is_whole = |key: &[String]| inline.contains(&[&below, key].concat());
+        self.with_layer(
+            Source::File { path: path.to_path_buf(), text: text.to_string(), below: below.clone() },
+            table,
+            is_whole,
+        )
     }
 
     /// Changes single keys, as `--set` does.
     pub fn with_settings(self, settings: &[Setting]) -> Self {
-        settings.iter().fold(self, |config, setting| config.with_layer(Source::CommandLine, setting.as_table()))
+        settings.iter().fold(self, |config, setting| {
+            config.with_layer(Source::CommandLine, setting.as_table(), |key| key.len() >= setting.key.len())
+        })
     }
 
-    fn with_layer(mut self, source: Source, mut table: Table) -> Self {
+    /// `is_whole` says of which keys the layer has the whole table, which replaces the one there was.
+    fn with_layer(mut self, source: Source, mut table: Table, is_whole: impl Fn(&[String]) -> bool) -> Self {
         let folder = match &source {
             Source::File { path, .. } => path.parent().unwrap_or(Path::new(".")).to_path_buf(),
             Source::CommandLine => PathBuf::from("."),
         };
         make_paths_absolute(&mut table, &folder);
-        merge(&mut self.merged, &table);
+        let mut replaced = Vec::new();
+        merge(&mut self.merged, &table, &mut Vec::new(), &is_whole, &mut replaced);
+        // What was replaced is not where anything comes from.
+        for layer in &mut self.layers {
+            replaced.iter().for_each(|key| forget(&mut layer.table, key));
+        }
         self.layers.push(Layer { source, table });
         self
     }
@@ -174,13 +189,40 @@ fn depth_of(value: &Value, key: &[String]) -> usize {
     below.map_or(0, |below| 1 + depth_of(below, rest))
 }
 
-/// Replaces keys of `base` by those of `layer`, table by table; arrays are replaced as a whole.
-fn merge(base: &mut Table, layer: &Table) {
+/// Replaces keys of `base` by those of `layer`, table by table; arrays and whole tables are replaced as they are. Collects the keys of the
+/// tables that were replaced.
+fn merge(
+    base: &mut Table,
+    layer: &Table,
+    above: &mut Vec<String>,
+    is_whole: &impl Fn(&[String]) -> bool,
+    replaced: &mut Vec<Vec<String>>,
+) {
     for (key, value) in layer {
+        above.push(key.clone());
         match (base.get_mut(key), value) {
-            (Some(Value::Table(base)), Value::Table(layer)) => merge(base, layer),
-            _ => {
+            (Some(Value::Table(base)), Value::Table(layer)) if !is_whole(above) => {
+                merge(base, layer, above, is_whole, replaced);
+            }
+            (before, _) => {
+                if before.is_some_and(|value| value.is_table()) {
+                    replaced.push(above.clone());
+                }
                 base.insert(key.clone(), value.clone());
+            }
+        }
+        above.pop();
+    }
+}
+
+/// Removes a key from a table, if it is there.
+fn forget(table: &mut Table, key: &[String]) {
+    match key {
+        [] => {}
+        [last] => drop(table.remove(last)),
+        [first, rest @ ..] => {
+            if let Some(Value::Table(below)) = table.get_mut(first) {
+                forget(below, rest);
             }
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! A process has one configuration file (`config/planner.toml`) in which every key and its default is documented. A **scenario**
 //! names the files and changes single keys; `--set planner.gait.cost.lambda=0.8` changes single keys once more. The layers are merged
-//! table by table, then read into the process's settings. Everything wrong is an error that names file, line, key, what was
+//! table by table, then read into the process's settings. A table in braces is a value, and replaces the whole table of that name, in a
+//! scenario as on the command line: `--set 'planner.gait.walk={ kind = "in_place", swings = 4, turn_per_swing_rad = 0.2 }'`. Everything wrong is an error that names file, line, key, what was
 //! expected and what to do; unknown keys are errors and the nearest known one is suggested. The settings' types must deny unknown
 //! fields (`#[serde(deny_unknown_fields)]`).
 //!
@@ -13,7 +14,8 @@
 //!
 //! [planner]
 //! config = "../planner.toml"     # the base; everything else in this table replaces its keys
-//! gait.cost.lambda = 0.8
+//! gait.cost.lambda = 0.8         # this key alone
+//! gait.walk = { kind = "in_place", swings = 4, turn_per_swing_rad = 0.2 }   # the whole table
 //!
 //! [recorder]
 //! config = "../recorder.toml"

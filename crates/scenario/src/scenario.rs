@@ -3,7 +3,7 @@
 use crate::config::{Config, nearest, parse_table};
 use crate::error::{ConfigError, Origin, Problem};
 use crate::locate::line_of;
-use crate::setting::Setting;
+use crate::setting::{EXAMPLE, Setting};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -51,10 +51,14 @@ impl Scenario {
         file.only_known_keys(&top)?;
         for setting in settings {
             let first = setting.key[0].as_str();
-            if !top.contains(&first) || (PROCESSES.contains(&first) && setting.key.len() == 1) {
+            let wrong = |problem| ConfigError::Key { origin: Origin::CommandLine, key: setting.key.join("."), problem };
+            if !top.contains(&first) {
                 let known: Vec<String> = top.iter().map(|name| (*name).to_string()).collect();
-                let problem = Problem::Unknown { nearest: nearest(first, &known), known };
-                return Err(ConfigError::Key { origin: Origin::CommandLine, key: setting.key.join("."), problem });
+                return Err(wrong(Problem::Unknown { nearest: nearest(first, &known), known }));
+            }
+            if PROCESSES.contains(&first) && setting.key.len() == 1 {
+                let reason = format!("a process, not a key: name one of its keys, as in {EXAMPLE}");
+                return Err(wrong(Problem::Invalid { reason }));
             }
         }
         let robot = file.path_at("robot", "must be the robot's folder", settings)?;

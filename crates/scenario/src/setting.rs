@@ -13,7 +13,7 @@ pub struct Setting {
 }
 
 /// A setting that can be copied: a key of the planner that ships.
-const EXAMPLE: &str = "planner.gait.cost.lambda=0.8";
+pub(crate) const EXAMPLE: &str = "planner.gait.cost.lambda=0.8";
 
 /// What is no setting.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]

@@ -63,6 +63,41 @@ fn later_layers_replace_single_keys_and_paths_become_absolute() {
 }
 
 #[test]
+fn robot_file_and_folder_are_paths_wherever_they_stand_and_nothing_else_is() {
+    let text = r#"
+robot = "../robots/hrp4"
+title = "../x"
+a_file = "./a/../b"
+b_file = "/there/b"
+c_file = ""
+[table]
+d_folder = "d"
+folder_name = "e"
+robot = 3
+"#;
+    let config = Config::from_text(Path::new("/here/config/x.toml"), text.to_string()).expect("correct");
+    let setting = "table.e_file=/elsewhere/../e".parse().expect("a setting");
+    let config = config.with_settings(&[setting]);
+    let (top, table) = (config.table(), config.table()["table"].as_table().expect("a table"));
+    for (value, expected) in [
+        (&top["robot"], "/here/robots/hrp4"),
+        (&top["title"], "../x"),
+        (&top["a_file"], "/here/config/b"),
+        (&top["b_file"], "/there/b"),
+        (&top["c_file"], ""),
+        (&table["d_folder"], "/here/config/d"),
+        (&table["folder_name"], "e"),
+        (&table["e_file"], "/e"),
+    ] {
+        assert_eq!(value.as_str(), Some(expected));
+    }
+    // Of the command line: against the working directory.
+    let config = config.with_settings(&["a_file=b".parse().expect("a setting")]);
+    let here = std::env::current_dir().expect("tests have one").join("b");
+    assert_eq!(config.table()["a_file"].as_str(), here.to_str());
+}
+
+#[test]
 fn an_unknown_key_names_file_line_and_the_nearest_known_one() {
     assert_eq!(
         message(&PLANNER.replace("lambda", "lamda"), &[]),
@@ -192,6 +227,30 @@ fn a_scenario_changes_the_files_it_names_and_the_command_line_changes_both() {
 }
 
 #[test]
+fn a_table_in_braces_replaces_the_whole_table_and_any_other_changes_single_keys() {
+    let gait = |scenario: &str, settings: &[&str]| {
+        let files = Files::new(scenario);
+        let scenario = files.load(settings).expect("correct");
+        scenario.config("planner").expect("on").table()["gait"].to_string()
+    };
+    let whole = "{ level = \"rigid\" }";
+    let in_braces = FLAT.replace("gait.lambda = 0.7", &format!("gait = {whole}"));
+    assert_eq!(gait(&in_braces, &[]), whole);
+    assert_eq!(gait(FLAT, &[&format!("planner.gait={whole}")]), whole);
+    // Their keys are merged again by what comes later.
+    assert_eq!(gait(&in_braces, &["planner.gait.lambda=1"]), "{ lambda = 1, level = \"rigid\" }");
+    let merged = "{ lambda = 0.7, level = \"rigid\", step_duration_s = 1 }";
+    assert_eq!(gait(&format!("{FLAT}gait.level = \"rigid\"\n"), &[]), merged);
+    assert_eq!(gait(&FLAT.replace("gait.", "[planner.gait]\nlevel = \"rigid\"\n"), &[]), merged);
+    assert_eq!(gait(FLAT, &["planner.gait.level=rigid"]), merged);
+    // What is missing then is missing where the table is.
+    let files = Files::new(FLAT);
+    let scenario = files.load(&["planner.gait={lambda=1}"]).expect("not yet parsed");
+    let error = scenario.config("planner").expect("on").parse::<Planner>().expect_err("incomplete").to_string();
+    assert!(error.starts_with("command line (--set): `gait.step_duration_s`: missing"), "{error}");
+}
+
+#[test]
 fn another_sole_is_given_to_every_process_and_the_command_line_chooses_last() {
     let sole_of = |scenario: &Scenario| {
         let planner: Planner = scenario.config("planner").expect("on").parse().expect("correct");
@@ -250,6 +309,10 @@ fn mistakes_in_the_scenario_are_found_where_they_are() {
     assert_eq!(
         Files::new(FLAT).message(&["planer.x=1"]),
         "command line (--set): `planer.x`: unknown; did you mean `planner`?"
+    );
+    assert_eq!(
+        Files::new(FLAT).message(&["planner=3"]),
+        "command line (--set): `planner`: a process, not a key: name one of its keys, as in planner.gait.cost.lambda=0.8"
     );
     let no_file = Files::new(&FLAT.replace("planner.toml", "plan.toml")).message(&[]);
     assert_eq!(no_file, "cannot read /scenarios/../plan.toml (named in /scenarios/flat.toml:4): check the path");
