@@ -3,6 +3,7 @@
 
 use closed_loop::ClosedLoop;
 use controller::{ControllerProcess, ControllerSettings};
+use messages::code::Reason;
 use messages::{RobotCommand, RobotState, SoleDeformation};
 use scenario::{Config, Scenario, Setting};
 use simulator::{SimulatorProcess, SimulatorSettings};
@@ -146,6 +147,22 @@ fn commands_that_no_robot_could_follow_are_counted_and_change_nothing() {
         assert_eq!(told.advance().truth, left_alone.advance().truth);
     }
     assert_eq!((told.figures().refused, left_alone.figures().refused), (said.len() as u64, 0));
+    // Nobody who says nothing else for a second keeps the robot standing for ever.
+    let over_after = |ticks: i64, is_impossible: fn(i64) -> bool| {
+        let mut simulator = build();
+        for tick in 1..=ticks {
+            assert_eq!(simulator.advance().over, None, "tick {tick}");
+            let mut command = said[0].2;
+            command.header.tick = tick;
+            if is_impossible(tick) {
+                command.joint_count = 0;
+            }
+            simulator.take_command(&command);
+        }
+        simulator.advance().over
+    };
+    assert_eq!(over_after(200, |_| true), Some(Reason::Infeasible));
+    assert_eq!(over_after(399, |tick| tick != 200), None, "200 are not in a row");
     let mut impossible = said[0].2;
     impossible.plan.base_rotation = [0.0; 9];
     assert!(build().place(&impossible).is_err());

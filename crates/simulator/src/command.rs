@@ -17,6 +17,14 @@ pub enum ImpossibleCommand {
         /// Of the robot.
         expected: usize,
     },
+    /// It answers a state that has not been.
+    #[error("a command for tick {found}, it is tick {now}")]
+    Future {
+        /// In the command.
+        found: i64,
+        /// The latest state's.
+        now: i64,
+    },
     /// A number is larger than anything that walks.
     #[error("a command whose plan has the number {0:e}, beyond {NUMBER_MAX:e}")]
     TooLarge(f64),
@@ -66,8 +74,12 @@ const ROTATION_ERROR_MAX: f64 = 1e-6;
 /// Smallest horizontal part of a foot's x axis from which it still has a heading.
 const HEADING_MIN: f64 = 0.1;
 
-/// Could a robot with that many joints follow it?
-pub(crate) fn check_command(command: &RobotCommand, joint_count: usize) -> Result<(), ImpossibleCommand> {
+/// Could a robot with that many joints follow it at this tick?
+pub(crate) fn check_command(command: &RobotCommand, joint_count: usize, now: i64) -> Result<(), ImpossibleCommand> {
+    // It would be newer than all that come.
+    if command.header.tick > now {
+        return Err(ImpossibleCommand::Future { found: command.header.tick, now });
+    }
     if !command.all_finite() {
         return Err(ImpossibleCommand::NotFinite);
     }
@@ -137,15 +149,16 @@ mod tests {
 
     #[test]
     fn what_no_robot_could_follow_is_refused_by_name() {
-        assert_eq!(check_command(&command(), 30), Ok(()));
+        assert_eq!(check_command(&command(), 30, 0), Ok(()));
         let refused = |change: fn(&mut RobotCommand)| {
             let mut changed = command();
             change(&mut changed);
-            check_command(&changed, 30).expect_err("impossible").to_string()
+            check_command(&changed, 30, 0).expect_err("impossible").to_string()
         };
         for (change, said) in [
             ((|c| c.plan.zmp_m[0] = f64::NAN) as fn(&mut RobotCommand), "not finite"),
             (|c| c.joint_count = 29, "29 joints"),
+            (|c| c.header.tick = 1, "for tick 1, it is tick 0"),
             (|c| c.plan.feet[1].wrench[4] = 1e300, "1e300"),
             (|c| c.plan.feet[0].wrench[2] = -5.0, "-5 N pull on foot 0"),
             (|c| c.plan.feet[1].load_share = 1.5, "share of 1.5"),
@@ -159,6 +172,6 @@ mod tests {
         }
         let mut rounded = command();
         rounded.plan.feet[0].wrench[2] = -1e-9;
-        assert_eq!(check_command(&rounded, 30), Ok(()));
+        assert_eq!(check_command(&rounded, 30, 0), Ok(()));
     }
 }

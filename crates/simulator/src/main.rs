@@ -65,6 +65,10 @@ impl Program for Simulate {
                     let limit = "no walk/start within run.settle_time_max_s; the controller knows what it waits for";
                     return Err(Failure::safety(reason, limit));
                 }
+                if reason == Reason::Infeasible {
+                    let refused = "for a second, every command was one that no robot could follow; the log above says why the first was";
+                    return Err(Failure::safety(reason, refused));
+                }
                 return Ok(End::Over(reason));
             }
             // The plant moves under the command before, while the others compute the answer to this state.

@@ -16,6 +16,10 @@ use crate::settings::{SimulatorError, SimulatorSettings, frames};
 /// In how many ticks without a command the feed-forward torque fades: 20 ms.
 const FADE_TICKS: u32 = 4;
 
+/// How many commands in a row may be refused: one second's. The robot stands meanwhile, and whoever commands it is not going to
+/// say anything better.
+const REFUSED_IN_A_ROW_MAX: u64 = (1.0 / CONTROL_PERIOD_S) as u64;
+
 /// What a tick brings.
 #[derive(Debug, Clone, Copy)]
 pub struct SimulatorOutput {
@@ -39,6 +43,7 @@ pub struct SimulatorProcess {
     /// Last command taken, and for how many ticks it has been the last.
     taken: Option<RobotCommand>,
     age_ticks: u32,
+    refused_in_a_row: u64,
     /// The plan that the robot should have reached now.
     reached: Option<Plan>,
     tick: i64,
@@ -90,6 +95,7 @@ impl SimulatorProcess {
             },
             taken: None,
             age_ticks: 0,
+            refused_in_a_row: 0,
             reached: None,
             tick: -1,
             start: None,
@@ -117,7 +123,7 @@ impl SimulatorProcess {
     /// # Errors
     /// [`ImpossibleCommand`]: there is no such place.
     pub fn place(&mut self, command: &RobotCommand) -> Result<SimulatorOutput, ImpossibleCommand> {
-        check_command(command, self.joints.interface_count())?;
+        check_command(command, self.joints.interface_count(), 0)?;
         self.plant.place(&configuration(command, &self.joints, self.joint_count));
         self.taken = Some(*command);
         self.reached = Some(command.plan);
@@ -131,20 +137,22 @@ impl SimulatorProcess {
     }
 
     /// Takes the answer to a state. One of the past is not used, and one that no robot could follow is counted as refused: the command
-    /// before stays. Says why the first one was.
+    /// before stays. Says why the first one was. After a second of nothing but refused ones the run is over.
     pub fn take_command(&mut self, command: &RobotCommand) -> Option<ImpossibleCommand> {
         let newer = self.taken.is_none_or(|taken| command.header.tick > taken.header.tick);
         if !newer || command.header.robot_fingerprint != self.robot_fingerprint {
             return None;
         }
-        match check_command(command, self.joints.interface_count()) {
+        match check_command(command, self.joints.interface_count(), self.tick) {
             Err(why) => {
                 self.figures.refused += 1;
+                self.refused_in_a_row += 1;
                 (self.figures.refused == 1).then_some(why)
             }
             Ok(()) => {
                 self.taken = Some(*command);
                 self.age_ticks = 0;
+                self.refused_in_a_row = 0;
                 None
             }
         }
@@ -229,6 +237,8 @@ impl SimulatorProcess {
             Some(Reason::Fallen)
         } else if self.finished_tick.is_some_and(|tick| seconds(self.tick - tick) >= run.after_walk_s) {
             Some(Reason::Finished)
+        } else if self.refused_in_a_row >= REFUSED_IN_A_ROW_MAX {
+            Some(Reason::Infeasible)
         } else if self.start.is_none() && seconds(self.tick) >= run.settle_time_max_s {
             Some(Reason::NotSettled)
         } else {
