@@ -65,7 +65,7 @@ impl Program for Control {
                 figures.solver_residual = output.command.solver_residual;
                 figures.walk_time_s = output.command.walk_time_s;
                 figures.late = output.summary.deformation_missing;
-                figures.values[..10].copy_from_slice(&[
+                figures.values[..11].copy_from_slice(&[
                     output.summary.relaxed as f64,
                     output.summary.held as f64,
                     output.summary.state_refused as f64,
@@ -76,6 +76,7 @@ impl Program for Control {
                     output.summary.worst.map_or(0.0, |worst| f64::from(worst.limit.code())),
                     output.summary.worst.map_or(0.0, |worst| worst.index as f64),
                     output.summary.worst.map_or(0.0, |worst| worst.amount),
+                    output.summary.by_reserve as f64,
                 ]);
             }
             shell.cycle_ends(state.header.tick)?;
@@ -90,6 +91,9 @@ impl Control {
         let before = std::mem::replace(&mut self.1, *now);
         if let (0, Some(worst)) = (before.relaxed, &now.worst) {
             tracing::warn!("tick {tick}: limits exclude each other, gave way: {}", self.0.describe(worst));
+        }
+        if before.by_reserve == 0 && now.by_reserve > 0 {
+            tracing::warn!("tick {tick}: the solver has no answer, the reserve is asked");
         }
         if before.held == 0 && now.held > 0 {
             let outcome = self.0.whole_body().report().solver_status;

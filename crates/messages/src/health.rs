@@ -56,7 +56,7 @@ plain_struct! {
         ///
         /// | process | values |
         /// |---|---|
-        /// | controller | 0 steps relaxed, 1 steps held, 2 states refused, 3 largest distance of a joint from its reference (rad), 4 distance of the model's centre of mass from its plan (m), 5 smallest distance of a collision pair (m, infinite: none near), 6 steps solved, 7 worst limit that gave way ([`crate::code::Limit`]), 8 which of its kind, 9 by how much |
+        /// | controller | 0 steps relaxed, 1 steps held, 2 states refused, 3 largest distance of a joint from its reference (rad), 4 distance of the model's centre of mass from its plan (m), 5 smallest distance of a collision pair (m, infinite: none near), 6 steps solved, 7 worst limit that gave way ([`crate::code::Limit`]), 8 which of its kind, 9 by how much, 10 steps that the reserve solver answered |
         /// | simulator | 0, 1 distance of the centre of mass from its plan (m; root mean square, largest), 2, 3 the same of the zero-moment point, 4 largest tilt of the base (rad), 5 control periods not solved to tolerance, 6 cause of the fall ([`crate::code::Fall`]), 7 commands refused |
         /// | the others | none |
         values: [f64; 16],

@@ -35,6 +35,8 @@ struct ControllerSteps {
     solved: f64,
     relaxed: f64,
     held: f64,
+    /// Those of all that the reserve solver answered.
+    by_reserve: f64,
     /// The worst limit that gave way: kind, which of its kind, by how much.
     worst: (Limit, f64, f64),
 }
@@ -83,9 +85,9 @@ impl Summary {
         self.misses = self.misses.max(health.misses);
         if health.process == Process::Controller.code() && health.cycles > 0 {
             // Their order is documented with the message.
-            let [relaxed, held, _, _, _, _, solved, kind, index, amount, ..] = health.values;
+            let [relaxed, held, _, _, _, _, solved, kind, index, amount, by_reserve, ..] = health.values;
             let worst = (Limit::from_code(kind as u32).unwrap_or(Limit::None), index, amount);
-            self.steps = Some(ControllerSteps { solved, relaxed, held, worst });
+            self.steps = Some(ControllerSteps { solved, relaxed, held, by_reserve, worst });
         }
         if health.process == Process::Recorder.code() {
             self.lost = health.lost;
@@ -235,7 +237,7 @@ impl Summary {
                 ),
             );
         }
-        if let Some(ControllerSteps { solved, relaxed, held, worst: (limit, index, amount) }) = self.steps {
+        if let Some(ControllerSteps { solved, relaxed, held, by_reserve, worst: (limit, index, amount) }) = self.steps {
             let worst = match limit {
                 Limit::None => String::new(),
                 Limit::Load | Limit::Contact => {
@@ -243,7 +245,9 @@ impl Summary {
                 }
                 _ => format!(" (worst: {limit} {index} by {amount:.3e}; the controller's log has names)"),
             };
-            row("controller steps", format!("{solved} solved, {relaxed} relaxed{worst}, {held} held"));
+            let reserve =
+                if by_reserve > 0.0 { format!("; {by_reserve} answered by the reserve solver") } else { String::new() };
+            row("controller steps", format!("{solved} solved, {relaxed} relaxed{worst}, {held} held{reserve}"));
         }
         for (process, times) in &self.compute_ns {
             let (Some(process), false) = (Process::from_code(*process), times.is_empty()) else { continue };
@@ -280,6 +284,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use messages::Header;
+    use messages::code::{Reason, State};
+    use std::time::Duration;
 
     #[test]
     fn a_plan_is_held_against_the_truth_of_the_tick_it_is_for() {
@@ -296,6 +302,85 @@ mod tests {
         summary.truth(&truth);
         assert!((summary.com_error_m.max - 0.005).abs() < 1e-12);
         assert_eq!(summary.zmp_error_m.max, 0.0);
+    }
+
+    #[test]
+    fn the_controllers_steps_are_told_as_its_health_counts_them() {
+        let mut summary = Summary::default();
+        summary.truth(&Truth { header: Header::new(0, 7), ..Truth::default() });
+        let mut health = Health::new(Process::Controller, State::Running, Reason::None);
+        summary.health(&health);
+        assert!(!summary.table().contains("controller steps"), "it has made none");
+        health.cycles = 20;
+        (health.values[0], health.values[1], health.values[6]) = (2.0, 3.0, 15.0);
+        summary.health(&health);
+        assert!(summary.table().contains("15 solved, 2 relaxed, 3 held\n"), "{}", summary.table());
+        health.values[7..11].copy_from_slice(&[f64::from(Limit::Contact.code()), 1.0, 0.25, 4.0]);
+        summary.health(&health);
+        let told = "15 solved, 2 relaxed (worst: motion of standing ankle right by 2.500e-1), 3 held; 4 answered by the reserve solver";
+        assert!(summary.table().contains(told), "{}", summary.table());
+        health.values[7..9].copy_from_slice(&[f64::from(Limit::Torque.code()), 5.0]);
+        summary.health(&health);
+        assert!(summary.table().contains("(worst: torque of joint 5 by"), "{}", summary.table());
+        // Another process's figures mean something else.
+        summary.health(&Health { process: Process::Simulator.code(), ..health });
+        assert!(summary.table().contains("15 solved"), "{}", summary.table());
+    }
+
+    #[test]
+    fn times_are_of_cycles_and_what_was_lost_is_told() {
+        let mut summary = Summary::default();
+        summary.truth(&Truth { header: Header::new(0, 7), ..Truth::default() });
+        let mut health = Health::new(Process::Estimator, State::Running, Reason::None);
+        for cycle in 1..=100 {
+            (health.cycles, health.compute_time_ns) = (cycle, cycle * 10_000);
+            // Said again while it waits.
+            summary.health(&health);
+            summary.health(&health);
+        }
+        let told = "0.500 ms median, 0.990 ms p99, 1.000 ms max";
+        assert!(summary.table().contains(told), "{}", summary.table());
+        for absent in ["deadlines missed", "not recorded", "not in this summary"] {
+            assert!(!summary.table().contains(absent), "{}", summary.table());
+        }
+        summary.health(&Health { misses: 4, lost: 9, ..health });
+        assert!(!summary.table().contains("not recorded"), "only the recorder's losses are missing in the recording");
+        summary.health(&Health { lost: 5, ..Health::new(Process::Recorder, State::Running, Reason::None) });
+        summary.unheard = 6;
+        let table = summary.table();
+        for told in ["4 at most by one process", "5 messages\n", "6 messages: the launcher was held up"] {
+            assert!(table.contains(told), "no `{told}` in {table}");
+        }
+    }
+
+    #[test]
+    fn estimates_count_feet_under_load_by_how_they_ended() {
+        let mut summary = Summary::default();
+        summary.truth(&Truth { header: Header::new(0, 7), ..Truth::default() });
+        assert!(!summary.table().contains("sole estimates"));
+        let mut deformation = SoleDeformation { header: Header::new(0, 7), ..SoleDeformation::default() };
+        let [left, right] = &mut deformation.feet;
+        (left.in_contact, left.status, left.iterations, left.residual) = (1, Outcome::Solved.code(), 4, 1e-9);
+        (right.in_contact, right.status, right.iterations, right.residual) = (1, Outcome::Held.code(), 50, 1.0);
+        summary.deformation(&deformation);
+        let [left, right] = &mut deformation.feet;
+        (left.iterations, left.residual, right.in_contact) = (7, 3e-9, 0);
+        summary.deformation(&deformation);
+        let told = "2 solved, 1 not; 5.5 iterations mean, 7 max; residual 3.0e-9 max";
+        assert!(summary.table().contains(told), "{}", summary.table());
+    }
+
+    #[test]
+    fn speed_is_simulated_by_real_time_and_done_is_a_part_of_the_pattern() {
+        let start = Instant::now();
+        let truth = |tick| Truth { header: Header::new(tick, 7), walk_time_s: 1.5, ..Truth::default() };
+        let mut summary = Summary::default();
+        assert_eq!((summary.speed(), summary.done()), (0.0, 0.0));
+        summary.first = Some((truth(100), start));
+        summary.last = Some((truth(500), start + Duration::from_millis(500)));
+        assert!((summary.speed() - 4.0).abs() < 1e-12, "400 ticks are 2 s: {}", summary.speed());
+        summary.health(&Health { walk_duration_s: 6.0, ..Health::new(Process::Planner, State::Running, Reason::None) });
+        assert_eq!(summary.done(), 0.25);
     }
 
     #[test]
