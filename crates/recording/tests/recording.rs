@@ -1,6 +1,8 @@
 //! Recordings give back what was put in, bit for bit, and survive being killed.
 
-use messages::{Header, Message, PatternHeader, PatternPhase, Plain, RobotState, SoleDeformation, Topic, Truth, topic};
+use messages::{
+    Header, Message, PatternHeader, PatternPhase, Plain, RobotState, SoleContact, SoleDeformation, Topic, Truth, topic,
+};
 use prost_reflect::{DescriptorPool, DynamicMessage, Value};
 use recording::{Follower, Recording, RunInfo, ViewerSettings, Writer, recover};
 use std::path::Path;
@@ -166,6 +168,93 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     let scene = decoded(&path, "/scene");
     assert_eq!(at(&scene, "entities.0.cubes.1.size.x"), Value::F64(0.23));
     assert_eq!(at(&scene, "entities.0.arrows.0.shaft_length"), Value::F64(0.8 * 0.2));
+}
+
+/// A field of doubles, or of messages of them, by the names of its parts.
+fn numbers(message: &DynamicMessage, path: &str, parts: &[&str]) -> Vec<f64> {
+    parts.iter().map(|part| at(message, &format!("{path}.{part}")).as_f64().expect("a double")).collect()
+}
+
+const XYZ: [&str; 3] = ["x", "y", "z"];
+
+fn assert_near(found: &[f64], expected: &[f64]) {
+    let same = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+    assert!(same, "{found:?} instead of {expected:?}");
+}
+
+#[test]
+fn viewers_see_soles_forces_and_points_where_they_are() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("walk.mcap");
+    let mut writer = Writer::create(&path, &info(), settings()).expect("writable");
+    let mut truth = Truth { header: Header::new(0, 7), joint_count: 2, ..Truth::ZERO };
+    (truth.joint_velocity_rad_per_s[1], truth.joint_torque_nm[1]) = (1.5, -20.0);
+    truth.base_rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    // The right sole stands on its heel: its z axis points along the world's x axis.
+    let upright = [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0];
+    truth.sole_rotation = [truth.base_rotation, upright];
+    truth.sole_position_m = [[0.0, 0.1, 0.0], [0.5, -0.1, 0.2]];
+    (truth.com_position_m, truth.zmp_m) = ([0.1, 0.2, 0.8], [0.3, 0.4]);
+    // Of the left foot nothing worth an arrow.
+    truth.foot_wrench = [[0.0, 0.0, 0.05, 9.0, 9.0, 9.0], [30.0, -40.0, 120.0, 9.0, 9.0, 9.0]];
+    writer.show_truth(&truth).expect("room");
+    let mut contact = SoleContact { header: Header::new(0, 7), ..SoleContact::ZERO };
+    let nodes = &mut contact.feet[1];
+    nodes.count = 2;
+    nodes.position_m[..3].copy_from_slice(&[[9.0; 3], [0.1, 0.2, 0.0], [9.0; 3]]);
+    nodes.force_n[..3].copy_from_slice(&[[0.0; 3], [1.0, 0.0, 5.0], [5.0; 3]]);
+    writer.show_contact(&contact).expect("room");
+    writer.finish().expect("room");
+
+    let transforms = decoded(&path, "/tf");
+    assert_eq!(at(&transforms, "transforms.2.child_frame_id"), Value::String("right_sole".to_string()));
+    assert_near(&numbers(&transforms, "transforms.2.translation", &XYZ), &[0.5, -0.1, 0.2]);
+    let quarter = 0.5_f64.sqrt();
+    assert_near(&numbers(&transforms, "transforms.2.rotation", &["x", "y", "z", "w"]), &[0.0, quarter, 0.0, quarter]);
+    let joints = decoded(&path, "/joint_states");
+    assert_eq!(at(&joints, "joints.1.name"), Value::String("joint 1".to_string()), "it has no name");
+    assert_near(&numbers(&joints, "joints.1", &["velocity", "effort"]), &[1.5, -20.0]);
+
+    // The scene of the contact is the last; that of the truth came before it.
+    let file = std::fs::read(&path).expect("readable");
+    let messages = mcap::MessageStream::new(&file).expect("finished").map(|message| message.expect("whole"));
+    let scenes: Vec<_> = messages.filter(|message| message.channel.topic == "/scene").collect();
+    let pool = DescriptorPool::decode(scenes[0].channel.schema.as_ref().expect("it has one").data.as_ref());
+    let descriptor = pool.expect("complete").get_message_by_name("foxglove.SceneUpdate").expect("described");
+    let robot = DynamicMessage::decode(descriptor, scenes[0].data.as_ref()).expect("protobuf");
+    // The sole's frame is at the centre of its bottom, a box is drawn about its middle.
+    assert_near(&numbers(&robot, "entities.0.cubes.1.pose.position", &XYZ), &[0.5 + 0.0105, -0.1, 0.2]);
+    let Value::List(arrows) = at(&robot, "entities.0.arrows") else { panic!("a list") };
+    assert_eq!(arrows.len(), 1);
+    assert_near(&numbers(&robot, "entities.0.arrows.0.pose.position", &XYZ), &[0.5, -0.1, 0.2]);
+    // An arrow points along its x axis: the first column of its rotation is the direction of the force.
+    let turn = numbers(&robot, "entities.0.arrows.0.pose.orientation", &["x", "y", "z", "w"]);
+    let [x, y, z, w] = turn.try_into().expect("four numbers");
+    let direction = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)];
+    assert_near(&direction, &[30.0 / 130.0, -40.0 / 130.0, 120.0 / 130.0]);
+    assert_near(&numbers(&robot, "entities.0.arrows.0", &["shaft_length", "head_length"]), &[0.104, 0.026]);
+    assert_near(&numbers(&robot, "entities.0.spheres.0.pose.position", &XYZ), &[0.1, 0.2, 0.8]);
+    assert_near(&numbers(&robot, "entities.0.spheres.1.pose.position", &XYZ), &[0.3, 0.4, 0.0]);
+    let lines = decoded(&path, "/scene");
+    let Value::List(points) = at(&lines, "entities.0.lines.0.points") else { panic!("a list") };
+    assert_eq!(points.len(), 2, "one node carries, and those beyond the count are none");
+    assert_near(&numbers(&lines, "entities.0.lines.0.points.0", &XYZ), &[0.1, 0.2, 0.0]);
+    assert_near(&numbers(&lines, "entities.0.lines.0.points.1", &XYZ), &[0.11, 0.2, 0.05]);
+}
+
+#[test]
+fn scenes_are_drawn_now_and_then_only() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("walk.mcap");
+    let settings = ViewerSettings { scene_every_ticks: 4, ..settings() };
+    let mut writer = Writer::create(&path, &info(), settings).expect("writable");
+    for tick in 0..10 {
+        writer.show_truth(&Truth { header: Header::new(tick, 7), ..Truth::ZERO }).expect("room");
+    }
+    writer.finish().expect("room");
+    let topics = Recording::open(&path).expect("finished").topics();
+    let count = |name: &str| topics.iter().find(|topic| topic.topic == name).map(|topic| topic.messages);
+    assert_eq!((count("/tf"), count("/joint_states"), count("/scene")), (Some(10), Some(10), Some(3)));
 }
 
 #[test]
