@@ -1,15 +1,15 @@
 //! A domain: everything of one system on one host, apart from all others.
 
 use crate::error::{DomainNameError, JoinError, PortError};
+use crate::life::{Life, Seen, look};
 use crate::pattern::{PatternPublisher, PatternSubscriber};
 use crate::publisher::Publisher;
 use crate::subscriber::{Robot, Subscriber};
-use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 use messages::code::Process;
 use messages::{Message, Topic};
-use std::fs::File;
 use std::path::{Path as FilePath, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Name of a domain: lower-case letters, digits and `-`.
@@ -56,10 +56,23 @@ impl DomainName {
         self.root().join("ready")
     }
 
+    /// The folder in which each process of the domain has a file that says whether it lives.
+    pub(crate) fn members_path(&self) -> PathBuf {
+        self.root().join("members")
+    }
+
     /// How the name of each piece of the domain's shared memory begins. No name may contain `_`, so no prefix is the beginning
     /// of another.
     pub fn prefix(&self) -> String {
         format!("soleus_{}_{}_", user_id(), self.0)
+    }
+
+    /// The files of those who were a process here and did not end in order.
+    fn dead_members(&self, process: Process) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(self.members_path()).into_iter().flatten().flatten();
+        let is_such = |name: &str| name.split('-').next() == Some(process.word()) && !name.ends_with(".draft");
+        let files = entries.filter(|entry| is_such(&entry.file_name().to_string_lossy())).map(|entry| entry.path());
+        files.filter(|path| look(path) == Seen::Dead).collect()
     }
 
     /// Every domain of this user of which there is anything on this host.
@@ -116,6 +129,10 @@ pub struct Domain {
     /// What the owner wrote when the domain was complete: another text is another owner.
     owner: String,
     pub(crate) node: Node<ipc::Service>,
+    /// Files of those who were dead before we came: their end is nothing to us.
+    dead_before: Vec<PathBuf>,
+    // After the node: who is seen to have left has left everything.
+    life: Life,
 }
 
 impl Domain {
@@ -127,23 +144,41 @@ impl Domain {
         set_log_level(LogLevel::Error);
         let config = name.config().ok_or_else(|| JoinError::PathTooLong { path: name.root() })?;
         let until = Instant::now() + patience;
-        let owner = loop {
-            if let Some(owner) = living_owner(name) {
-                break owner;
+        loop {
+            if let Seen::Alive(owner) = look(&name.ready_path()) {
+                let joined = Self::join_owned_by(owner, name, process, &config);
+                // Whoever owned it may have ended meanwhile, and with it gone whatever we made or looked for.
+                match joined {
+                    Ok(domain) if domain.owner_is_alive() => return Ok(domain),
+                    Err(error) if matches!(look(&name.ready_path()), Seen::Alive(_)) => return Err(error),
+                    _ => {}
+                }
             }
             if Instant::now() >= until {
                 return Err(JoinError::NoOwner { domain: name.to_string(), waited: patience });
             }
             std::thread::sleep(Duration::from_millis(5));
-        };
+        }
+    }
+
+    fn join_owned_by(owner: String, name: &DomainName, process: Process, config: &Config) -> Result<Self, JoinError> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        // This one takes the place of those that died.
+        for path in name.dead_members(process) {
+            let _ = std::fs::remove_file(path);
+        }
+        let dead_before = Process::ALL.iter().flat_map(|other| name.dead_members(*other)).collect();
+        let path = name.members_path().join(format!("{}-{}-{number}", process.word(), std::process::id()));
+        let life = Life::begin(path.clone(), "").map_err(|source| JoinError::File { path, source })?;
         let node_name = NodeName::new(process.word()).expect("a process's word is a short name");
         let node = NodeBuilder::new()
             .name(&node_name)
-            .config(&config)
+            .config(config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|source| JoinError::Node { domain: name.to_string(), source })?;
-        Ok(Self { name: name.clone(), owner, node })
+        Ok(Self { name: name.clone(), owner, node, dead_before, life })
     }
 
     /// Its name.
@@ -153,22 +188,20 @@ impl Domain {
 
     /// Whether the owner that was there when we joined still is. A few system calls: not for every tick.
     pub fn owner_is_alive(&self) -> bool {
-        living_owner(&self.name).as_ref() == Some(&self.owner)
+        matches!(look(&self.name.ready_path()), Seen::Alive(owner) if owner == self.owner)
     }
 
-    /// The processes of this domain that died without leaving. Reads files: not for every tick.
+    /// The processes of this domain that were killed, broke down or ended badly since we came, until another one takes their place.
+    /// Reads files: not for every tick.
     pub fn dead_processes(&self) -> Vec<Process> {
-        let mut dead = Vec::new();
-        // Failing to list only means that we learn of the death another way (a missed deadline).
-        let _ = Node::<ipc::Service>::list(self.node.config(), |state| {
-            if let NodeState::Dead(view) = state
-                && let Some(details) = view.details()
-            {
-                dead.extend(Process::ALL.iter().filter(|process| process.word() == details.name().as_str()));
-            }
-            CallbackProgression::Continue
-        });
-        dead
+        let is_dead =
+            |process: &Process| self.name.dead_members(*process).iter().any(|path| !self.dead_before.contains(path));
+        Process::ALL.iter().copied().filter(is_dead).collect()
+    }
+
+    /// From now on the end of this process is one that the others must hear of as if it had been killed.
+    pub fn ends_badly(&self) {
+        self.life.ends_badly();
     }
 
     /// A publisher of a topic.
@@ -206,17 +239,5 @@ impl Domain {
     /// As [`Domain::subscriber`].
     pub fn pattern_subscriber(&self, robot: Robot, max_phases: usize) -> Result<PatternSubscriber, PortError> {
         PatternSubscriber::new(&self.node, robot, max_phases)
-    }
-}
-
-/// What the living owner of a complete domain wrote into its ready file.
-fn living_owner(name: &DomainName) -> Option<String> {
-    let lock = File::open(name.lock_path()).ok()?;
-    // The owner holds the lock exclusively. Should we get it, nobody owns the domain, and closing the file gives it back.
-    match lock.try_lock_shared() {
-        Err(std::fs::TryLockError::WouldBlock) => {
-            std::fs::read_to_string(name.ready_path()).ok().filter(|text| !text.is_empty())
-        }
-        _ => None,
     }
 }

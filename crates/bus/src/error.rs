@@ -111,6 +111,14 @@ pub enum JoinError {
         /// How long we waited.
         waited: Duration,
     },
+    /// The file that says that we live could not be made.
+    #[error("cannot make {path}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// The path is too long for iceoryx2.
     #[error("{path} is too long a path for shared memory: choose a shorter domain name")]
     PathTooLong {

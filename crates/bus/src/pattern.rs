@@ -110,7 +110,7 @@ impl PatternSubscriber {
         let failed = |source| ReceiveError::Receive { topic: TOPIC, source };
         while let Some(sample) = self.subscriber.receive().map_err(failed)? {
             let header = *sample.user_header();
-            if !self.gate.admits(&header.header) {
+            if !self.gate.admits(sample.origin().value(), &header.header) {
                 continue;
             }
             let phases = sample.payload();

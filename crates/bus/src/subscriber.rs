@@ -5,6 +5,7 @@ use crate::service;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::*;
 use messages::{Fault, Header, Message, Topic};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// How long [`Subscriber::wait`] looks again and again before it sleeps: about what being woken costs, so that waiting never
@@ -42,36 +43,36 @@ pub struct Counts {
 #[derive(Debug)]
 pub(crate) struct Gate {
     robot: Robot,
-    previous_sequence: Option<u64>,
+    /// Last sequence number of each publisher so far. Numbers alone do not tell a new one that was not heard from its beginning from
+    /// the old one, and what the old one said may still come after what the new one says.
+    previous: BTreeMap<u128, u64>,
     pub(crate) counts: Counts,
 }
 
 impl Gate {
     pub(crate) fn new(robot: Robot) -> Self {
-        Self { robot, previous_sequence: None, counts: Counts::default() }
+        Self { robot, previous: BTreeMap::new(), counts: Counts::default() }
     }
 
-    /// Whether a message with this header may be taken; counts what it learns.
-    pub(crate) fn admits(&mut self, header: &Header) -> bool {
+    /// Whether a message of a publisher with this header may be taken; counts what it learns.
+    pub(crate) fn admits(&mut self, publisher: u128, header: &Header) -> bool {
         let ours = if let Robot::Only(fingerprint) = self.robot { fingerprint } else { header.robot_fingerprint };
-        let admitted = match header.check(ours, self.previous_sequence) {
+        let previous = self.previous.insert(publisher, header.sequence);
+        match header.check(ours, previous) {
             Err(Fault::OtherRobot { .. }) => {
                 self.counts.refused += 1;
-                false
+                return false;
             }
-            Err(Fault::Gap { expected, found }) if found > expected => {
-                self.counts.lost += found - expected;
-                true
-            }
-            Err(Fault::Gap { .. }) => {
+            Err(Fault::Gap { expected, found }) => self.counts.lost += found.saturating_sub(expected),
+            Ok(()) if previous.is_none() && self.counts.taken > 0 => {
                 self.counts.restarts += 1;
-                true
+                // We were there when it said its first.
+                self.counts.lost += header.sequence;
             }
-            Ok(()) => true,
-        };
-        self.previous_sequence = Some(header.sequence);
-        self.counts.taken += u64::from(admitted);
-        admitted
+            Ok(()) => {}
+        }
+        self.counts.taken += 1;
+        true
     }
 }
 
@@ -109,7 +110,7 @@ impl<T: Message> Subscriber<T> {
     pub fn try_next(&mut self) -> Result<Option<T>, ReceiveError> {
         let topic = self.topic.name();
         while let Some(sample) = self.subscriber.receive().map_err(|source| ReceiveError::Receive { topic, source })? {
-            if self.gate.admits(sample.payload().header()) {
+            if self.gate.admits(sample.origin().value(), sample.payload().header()) {
                 return Ok(Some(*sample));
             }
         }
@@ -200,6 +201,29 @@ mod tests {
     use crate::{Domain, Owner};
     use messages::code::Process;
     use std::sync::mpsc;
+
+    #[test]
+    fn a_publisher_that_began_anew_is_told_from_one_whose_messages_were_lost() {
+        let header = |sequence, robot| Header { sequence, ..Header::new(0, robot) };
+        let mut gate = Gate::new(Robot::Only(7));
+        let (old, new, of_another_robot) = (1, 2, 3);
+        // Who comes late has lost nothing.
+        assert!(gate.admits(old, &header(5, 7)));
+        assert_eq!(gate.counts, Counts { taken: 1, ..Counts::default() });
+        // Further than the old one ever came; and the old one's last words come later.
+        for (publisher, sequence) in [(new, 9), (old, 6), (new, 10), (new, 12)] {
+            assert!(gate.admits(publisher, &header(sequence, 7)));
+        }
+        assert_eq!(gate.counts, Counts { taken: 5, lost: 9 + 1, restarts: 1, refused: 0 });
+        assert!(!gate.admits(of_another_robot, &header(0, 8)));
+        // One of another robot is in the numbers of its publisher, too.
+        assert!(!gate.admits(new, &header(13, 8)));
+        assert!(gate.admits(new, &header(14, 7)));
+        assert_eq!(gate.counts, Counts { taken: 6, lost: 10, restarts: 1, refused: 2 });
+        let mut everybody = Gate::new(Robot::Any);
+        assert!(everybody.admits(old, &header(0, 7)) && everybody.admits(new, &header(0, 8)));
+        assert_eq!(everybody.counts, Counts { taken: 2, restarts: 1, ..Counts::default() });
+    }
 
     #[test]
     fn less_than_a_microsecond_is_not_for_ever() {

@@ -167,8 +167,43 @@ fn a_pattern_longer_than_there_is_memory_for_is_refused() {
     let refused = publisher.publish(&PatternHeader::default(), &phases);
     assert!(matches!(refused, Err(PublishError::PatternTooLong { found: 4, limit: 3 })));
     publisher.publish(&PatternHeader::default(), &phases[..3]).expect("fits");
+    assert!(domain.pattern_publisher(usize::MAX).is_ok(), "no more is asked for than the most there may be");
     let refused = short.wait(PATIENCE);
     assert!(matches!(refused, Err(bus::ReceiveError::PatternTooLong { found: 3, limit: 2 })), "{refused:?}");
+}
+
+#[test]
+fn patterns_are_counted_as_messages_are() {
+    let name = domain("patterns");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
+    let mut publisher = domain.pattern_publisher(3).expect("nobody else publishes");
+    let mut subscriber = domain.pattern_subscriber(Robot::Only(7), 3).expect("room");
+    let mut publish = |robot| {
+        let header = PatternHeader { header: Header::new(0, robot), ..PatternHeader::default() };
+        publisher.publish(&header, &[PatternPhase::default()]).expect("fits");
+    };
+    publish(7);
+    assert!(subscriber.latest().expect("intact").is_some());
+    // Only the newest is kept.
+    publish(7);
+    publish(7);
+    publish(7);
+    let pattern = subscriber.latest().expect("intact").expect("the newest");
+    assert_eq!((pattern.header.header.sequence, pattern.phases.len()), (3, 1));
+    publish(8);
+    assert_eq!(subscriber.latest().expect("intact"), None);
+    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 2, refused: 1, restarts: 0 });
+}
+
+#[test]
+fn the_folder_of_a_users_domains_is_the_users_alone() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let name = domain("private");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let ours = std::fs::metadata("/proc/self").expect("every process has one").uid();
+    let folder = std::fs::metadata(format!("/tmp/soleus-{ours}")).expect("a domain is there");
+    assert_eq!(folder.permissions().mode() & 0o777, 0o700);
 }
 
 #[test]
@@ -182,10 +217,14 @@ fn a_killed_publisher_is_noticed_and_can_be_started_again() {
         let first = states.wait(PATIENCE).expect("receiving works").expect("a state");
         assert_eq!(first.joint_count, 3);
         assert_eq!(states.counts().restarts, round, "each publisher counts from zero");
+        assert_eq!(domain.dead_processes(), [], "it lives");
         role.kill();
-        eventually("the dead is seen", || domain.dead_processes() == [Process::Simulator]);
+        assert_eq!(domain.dead_processes(), [Process::Simulator]);
+        // Whoever frees what it held does not make us forget it.
         owner.reap_dead();
-        eventually("the dead is gone", || domain.dead_processes().is_empty());
+        assert_eq!(domain.dead_processes(), [Process::Simulator]);
+        let later = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
+        assert_eq!(later.dead_processes(), [], "whoever comes later is not told of what was before");
         while states.try_next().expect("receiving works").is_some() {}
     }
 }
@@ -209,15 +248,17 @@ fn a_killed_owner_is_noticed_and_the_next_one_wipes_what_it_left() {
 }
 
 #[test]
-fn what_a_killed_owner_left_is_removed_by_whoever_looks_next_and_living_domains_are_left_alone() {
+fn what_a_killed_owner_left_is_removed_and_living_domains_are_left_alone() {
     let (dead, living) = (domain("dead"), domain("living"));
     let _owner = Owner::claim(&living).expect("nobody else owns it");
     Role::start("owner", &dead).kill();
-    // More than once: another test may be claiming a domain, and be removing this one for us at this moment.
-    eventually("the dead domain is removed", || {
-        bus::remove_abandoned();
-        dead.leftovers().is_empty()
-    });
+    // Whoever claims a domain removes the dead ones; what another test is removing at this moment is left to it.
+    let _other = Owner::claim(&domain("claimed")).expect("nobody else owns it");
+    eventually("the dead domain is removed", || dead.leftovers().is_empty());
+    Role::start("owner", &dead).kill();
+    bus::remove_abandoned(&dead);
+    assert_eq!(dead.leftovers(), [] as [std::path::PathBuf; 0]);
+    bus::remove_abandoned(&living);
     let domain = Domain::join(&living, Process::Planner, PATIENCE).expect("it still has its owner");
     domain.publisher(topic::WALK_START).expect("it still works");
 }
@@ -241,6 +282,22 @@ fn without_an_owner_joining_fails_and_names_the_command() {
     };
     assert!(matches!(error, JoinError::NoOwner { .. }));
     assert!(error.to_string().contains(&format!("soleus-launch serve --domain {name}")), "{error}");
+}
+
+#[test]
+fn who_ends_in_order_is_not_dead_and_who_ends_badly_is() {
+    let name = domain("badly");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    drop(Domain::join(&name, Process::Simulator, PATIENCE).expect("there is an owner"));
+    assert_eq!(domain.dead_processes(), []);
+    let failing = Domain::join(&name, Process::Controller, PATIENCE).expect("there is an owner");
+    failing.ends_badly();
+    assert_eq!(domain.dead_processes(), [], "it has not ended");
+    drop(failing);
+    assert_eq!(domain.dead_processes(), [Process::Controller]);
+    let _again = Domain::join(&name, Process::Controller, PATIENCE).expect("there is an owner");
+    assert_eq!(domain.dead_processes(), [], "another one took its place");
 }
 
 #[test]

@@ -124,3 +124,47 @@ impl Failure {
         text
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exit_codes_and_reasons_are_those_of_the_table() {
+        let died = Failure::PeerDied { process: Process::Simulator, topic: "robot/state" };
+        let no_owner = bus::JoinError::NoOwner { domain: "d".to_string(), waited: std::time::Duration::from_secs(5) };
+        let no_key = "x".parse::<scenario::Setting>().expect_err("no setting");
+        for (failure, code, reason) in [
+            (Failure::running("a disk"), 1, Reason::None),
+            (Failure::Publish(bus::PublishError::PatternTooLong { found: 2, limit: 1 }), 1, Reason::None),
+            (Failure::Receive(bus::ReceiveError::Wait { topic: "t" }), 1, Reason::None),
+            (Failure::unusable(no_key), 2, Reason::None),
+            (Failure::Join(no_owner), 3, Reason::None),
+            (Failure::OwnerGone { domain: "d".to_string() }, 3, Reason::None),
+            (died, 4, Reason::InputMissing),
+            (Failure::safety(Reason::SolverFailed, "again"), 4, Reason::SolverFailed),
+            (Failure::Deadline { misses: 9 }, 5, Reason::Deadline),
+            (Failure::safety(Reason::NotSettled, "moves"), 6, Reason::NotSettled),
+        ] {
+            assert_eq!((failure.exit_code(), failure.reason()), (code, reason), "{failure}");
+        }
+    }
+
+    #[test]
+    fn causes_are_told_once() {
+        let cause = Failure::safety(Reason::Infeasible, "too far");
+        assert_eq!(Failure::running(cause).chain(), "cannot go on: safety stop: infeasible: too far");
+        let refused = std::io::Error::other("cannot go on at all");
+        assert_eq!(Failure::running(refused).chain(), "cannot go on: cannot go on at all");
+        let same = std::io::Error::other("go on");
+        assert_eq!(Failure::running(same).chain(), "cannot go on", "its words are there already");
+    }
+
+    #[test]
+    fn what_cannot_be_used_names_its_file_once_it_is_known() {
+        let failure = Failure::unusable("gain = -1");
+        assert_eq!(failure.chain(), "the configuration cannot be used: gain = -1");
+        let failure = failure.in_file(Path::new("a.toml")).in_file(Path::new("b.toml"));
+        assert_eq!(failure.chain(), "the configuration a.toml cannot be used: gain = -1");
+    }
+}

@@ -87,15 +87,12 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
         Err(failure) => {
             // The failure itself is what the caller must hear of, not that it could not be announced.
             let _ = shell.announce(State::Stopping, failure.reason());
+            shell.domain().ends_badly();
             Err(failure)
         }
     };
-    let abandoned = !shell.domain().owner_is_alive();
     drop((program, shell));
-    if abandoned {
-        // The owner was killed; the last of us to leave turns off the light.
-        bus::remove_abandoned();
-    }
+    bus::remove_abandoned(&arguments.domain);
     result
 }
 

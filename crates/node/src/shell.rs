@@ -216,6 +216,10 @@ impl Shell {
     /// # Errors
     /// If the owner died.
     pub fn idle(&mut self, duration: Duration) -> Result<bool, Failure> {
+        self.idle_without(None, duration)
+    }
+
+    fn idle_without(&mut self, awaited: Option<topic::Row>, duration: Duration) -> Result<bool, Failure> {
         let end = Instant::now() + duration;
         while !self.stop.asked() {
             let left = end.saturating_duration_since(Instant::now());
@@ -223,7 +227,7 @@ impl Shell {
                 return Ok(true);
             }
             std::thread::sleep(left.min(HEARTBEAT));
-            self.live(None)?;
+            self.live(awaited)?;
         }
         Ok(false)
     }
@@ -251,7 +255,7 @@ impl Shell {
     /// Waits until the others are ready: those of `--wait-for`, or `least` if none are named. `false`: asked to stop.
     ///
     /// # Errors
-    /// If one of them stops before it is ready, or the owner dies.
+    /// If one of them stops or dies before it is ready, or the owner dies.
     pub fn wait_for_others(&mut self, least: &[Process]) -> Result<bool, Failure> {
         let awaited = if self.wait_for.is_empty() { least.to_vec() } else { self.wait_for.clone() };
         for process in awaited {
@@ -262,7 +266,7 @@ impl Shell {
                 match state {
                     Some(State::Ready | State::Running | State::Holding) => break,
                     Some(State::Stopping) => return Err(Failure::PeerDied { process, topic: topic.row.name }),
-                    _ if !self.idle(Duration::from_millis(5))? => return Ok(false),
+                    _ if !self.idle_without(Some(topic.row), Duration::from_millis(5))? => return Ok(false),
                     _ => {}
                 }
             }

@@ -2,7 +2,7 @@
 
 use bus::{Domain, DomainName, Owner, Robot};
 use messages::code::{Process, Reason, State};
-use messages::{Header, RobotState, SoleDeformation, topic};
+use messages::{Header, Health, RobotState, SoleDeformation, topic};
 use node::{End, Failure, Program, Shell};
 use serde::Deserialize;
 use std::io::Read;
@@ -52,8 +52,8 @@ impl Program for Echo {
     }
 }
 
-/// Asks `gain` questions in lock-step and is done.
-struct Asker(i64);
+/// Asks `gain` questions in lock-step and is done; half a question is a failure.
+struct Asker(f64);
 
 impl Program for Asker {
     const PROCESS: Process = Process::Simulator;
@@ -61,7 +61,7 @@ impl Program for Asker {
     type Settings = Settings;
 
     fn build(settings: Settings) -> Result<Self, Failure> {
-        Ok(Self(settings.gain as i64))
+        Ok(Self(settings.gain))
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
@@ -74,14 +74,20 @@ impl Program for Asker {
         if !shell.wait_for_others(&[Process::Estimator])? {
             return Ok(End::Asked);
         }
-        for tick in 0..self.0 {
+        for tick in 0..self.0 as i64 {
             shell.cycle_starts();
             states.publish(&RobotState { header: Header::new(tick, 7), ..RobotState::default() })?;
             shell.cycle_waits();
             let Some(answer) = shell.wait_tick(&mut answers, tick)? else { return Ok(End::Asked) };
             shell.cycle_goes_on();
             assert_eq!(answer.header.tick, tick);
+            if !shell.wait_for_recorder(tick)? {
+                return Ok(End::Asked);
+            }
             shell.cycle_ends(tick)?;
+        }
+        if self.0.fract() != 0.0 {
+            return Err(Failure::running("half a question is none"));
         }
         Ok(End::Over(Reason::Finished))
     }
@@ -110,6 +116,7 @@ impl Role {
             .args(["--exact", "another_process_in_its_role", "--nocapture"])
             .env("NODE_TEST_ROLE", role)
             .env("NODE_TEST_ARGUMENTS", arguments)
+            .env_remove("RUST_LOG")
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -160,17 +167,12 @@ impl Setup {
 }
 
 /// Waits for a state of a process.
-fn wait_for_state(domain: &Domain, process: Process, state: State) -> messages::Health {
+fn wait_for_state(domain: &Domain, process: Process, state: State) -> Health {
     wait_for(domain, process, &format!("{state}"), |health| State::from_code(health.state) == Some(state))
 }
 
 /// Waits for a process to say something.
-fn wait_for(
-    domain: &Domain,
-    process: Process,
-    what: &str,
-    said: impl Fn(&messages::Health) -> bool,
-) -> messages::Health {
+fn wait_for(domain: &Domain, process: Process, what: &str, said: impl Fn(&Health) -> bool) -> Health {
     let mut health = domain.subscriber(topic::health(process), Robot::Any, 16).expect("room");
     let start = Instant::now();
     loop {
@@ -202,6 +204,43 @@ fn two_programs_run_in_lock_step_and_end_when_asked() {
     assert_eq!(asker.end().0, 0);
 }
 
+/// A recorder that says it has stored everything up to a tick.
+fn stored(tick: i64, state: State) -> Health {
+    Health { stored_tick: tick, ..Health::new(Process::Recorder, state, Reason::None) }
+}
+
+#[test]
+fn in_lock_step_nobody_runs_away_from_the_recorder() {
+    let setup = Setup::new("recorder");
+    let _owner = Owner::claim(&setup.name).expect("nobody else owns it");
+    let recorder = Domain::join(&setup.name, Process::Recorder, PATIENCE).expect("there is an owner");
+    let mut health = recorder.publisher(topic::health(Process::Recorder)).expect("nobody else publishes");
+    let mut states = recorder.subscriber(topic::ROBOT_STATE, Robot::Any, 128).expect("room");
+    health.publish(&stored(-1, State::Ready)).expect("memory");
+    let _echo = Role::start("echo", &setup.arguments("gain = 1.0"));
+    let waits = "--wait-for estimator,recorder";
+    let asker = Role::start("asker", &format!("{} {waits}", setup.arguments("gain = 1e9")));
+    let mut next_state = |patience| states.wait(patience).expect("receiving works").map(|state| state.header.tick);
+    let mut wait_for_tick = |tick| {
+        let start = Instant::now();
+        // Whoever comes late is served.
+        while next_state(Duration::from_millis(20)) != Some(tick) {
+            health.serve_late_joiners().expect("serving works");
+            assert!(start.elapsed() < PATIENCE, "tick {tick} never came");
+        }
+        // It waits now: none comes, however long one listens.
+        assert_eq!(next_state(Duration::from_millis(200)), None);
+        health.publish(&stored(10, State::Running)).expect("memory");
+    };
+    // 32 ticks it may be ahead; the next one is published already when it waits.
+    wait_for_tick(32);
+    wait_for_tick(43);
+    health.publish(&stored(10, State::Stopping)).expect("memory");
+    let (code, said) = asker.end();
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("the recorder died, and without `health/recorder` there is no going on"), "{said}");
+}
+
 #[test]
 fn a_program_whose_partner_is_killed_stops_and_says_so() {
     let setup = Setup::new("partner");
@@ -211,6 +250,20 @@ fn a_program_whose_partner_is_killed_stops_and_says_so() {
     let asker = Role::start("asker", &setup.arguments("gain = 1e9"));
     wait_for_state(&watcher, Process::Simulator, State::Running);
     node::kill(asker.0.id()).expect("it lives");
+    let (code, said) = echo.end();
+    assert_eq!(code, 4, "{said}");
+    assert!(said.contains("the simulator died, and without `robot/state` there is no going on"), "{said}");
+}
+
+#[test]
+fn a_program_whose_partner_fails_stops_and_says_so() {
+    let setup = Setup::new("failing");
+    let _owner = Owner::claim(&setup.name).expect("nobody else owns it");
+    let echo = Role::start("echo", &setup.arguments("gain = 1.0"));
+    let asker = Role::start("asker", &setup.arguments("gain = 3.5"));
+    let (code, said) = asker.end();
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("half a question is none"), "{said}");
     let (code, said) = echo.end();
     assert_eq!(code, 4, "{said}");
     assert!(said.contains("the simulator died, and without `robot/state` there is no going on"), "{said}");
@@ -227,12 +280,7 @@ fn a_program_whose_owner_goes_away_stops() {
     let (code, said) = echo.end();
     assert_eq!(code, 3, "{said}");
     assert!(said.contains("went away"), "{said}");
-    // Another test may be claiming a domain, and be removing what is left of this one at this moment.
-    let start = Instant::now();
-    while !setup.name.leftovers().is_empty() {
-        assert!(start.elapsed() < PATIENCE, "{:?}", setup.name.leftovers());
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    assert_eq!(setup.name.leftovers(), [] as [PathBuf; 0]);
 }
 
 #[test]
