@@ -71,6 +71,7 @@ fn checking_a_configuration_keeps_nothing() {
             .arg(root().join(format!("config/{process}.toml")))
             .arg("--check")
             .env("SOLEUS_CACHE", cache.path())
+            .env_remove("RUST_LOG")
             .output()
             .expect("it can be started");
         let said = String::from_utf8_lossy(&checked.stderr);

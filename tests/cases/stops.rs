@@ -7,7 +7,7 @@ use recording::{Recording, recover};
 
 /// A walk after which the robot stands for longer than any test, recorded as it goes.
 fn long_walk() -> Running {
-    let running =
+    let mut running =
         Launch::short_walk().set("simulator.run.after_walk_s=1e5").set("recorder.flush_period_s=0.05").start();
     running.wait_until_walking();
     running
@@ -77,4 +77,18 @@ fn a_robot_that_does_not_settle_ends_with_what_was_in_the_way() {
     assert!(run.stdout.contains("walked                 0.00 of"), "{}", run.stdout);
     run.assert_nothing_left();
     Recording::open(&run.recording()).expect("finished");
+}
+
+#[test]
+fn a_robot_that_falls_ends_with_code_1_and_when_and_why() {
+    let _alone = alone();
+    let push = r#"[{ link = "torso", point_in_link_m = [0.0, 0.0, 0.1], force_n = [0.0, 400.0, 0.0], start_s = 0.5, duration_s = 0.2 }]"#;
+    let run = Launch::short_walk().set(&format!("simulator.plant.pushes={push}")).finish();
+    assert_eq!(run.code(), 1, "{}\n{}", run.stdout, run.stderr);
+    assert!(run.stderr.contains("the robot fell after "), "{}", run.stderr);
+    assert!(run.stdout.contains("fallen                 yes, "), "{}", run.stdout);
+    run.assert_nothing_left();
+    let recording = Recording::open(&run.recording()).expect("finished");
+    let truths = recording.messages(topic::TRUTH_ROBOT).expect("whole");
+    assert_eq!(truths.last().map(|truth| truth.fallen), Some(1), "the fall is the last that is recorded");
 }

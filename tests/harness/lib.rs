@@ -26,13 +26,19 @@ pub fn binaries() -> &'static Path {
             return folder.into();
         }
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        // With the tests, so that the same features are chosen as for `cargo test` and nothing is compiled twice.
-        let build = ["build", "--workspace", "--bins", "--tests"];
-        let status = Command::new(cargo).args(build).current_dir(root()).status();
-        assert!(status.expect("cargo can be started").success(), "the binaries cannot be built");
         // This test program lies in `deps` beside them.
         let ours = std::env::current_exe().expect("a running program has a path");
-        ours.ancestors().nth(2).expect("target/PROFILE/deps/NAME").to_path_buf()
+        let folder = ours.ancestors().nth(2).expect("target/PROFILE/deps/NAME").to_path_buf();
+        let profile = match folder.file_name().and_then(|name| name.to_str()) {
+            // The only folder that is not called as its profile.
+            Some("debug") | None => "dev",
+            Some(profile) => profile,
+        };
+        // With the tests, so that the same features are chosen as for `cargo test` and nothing is compiled twice.
+        let build = ["build", "--workspace", "--bins", "--tests", "--profile", profile];
+        let status = Command::new(cargo).args(build).current_dir(root()).status();
+        assert!(status.expect("cargo can be started").success(), "the binaries cannot be built");
+        folder
     })
 }
 
@@ -85,6 +91,8 @@ impl Launch {
             command.arg("--set").arg(setting);
         }
         command.env("SOLEUS_CACHE", self.cache.as_deref().unwrap_or(Path::new("")));
+        // What the logs hold is looked at; who runs the tests may want them otherwise.
+        command.env_remove("RUST_LOG");
         let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         Running { child: child.expect("the launcher can be started"), launch: self }
     }
@@ -133,8 +141,15 @@ impl Running {
     }
 
     /// Waits until the robot has been commanded for a while, and this could be read in the recording even if all ended now.
-    pub fn wait_until_walking(&self) {
-        eventually("commands in the recording", || self.recorded_so_far(topic::ROBOT_COMMAND) > 100);
+    pub fn wait_until_walking(&mut self) {
+        eventually("commands in the recording", || {
+            if let Some(status) = self.child.try_wait().expect("it is ours") {
+                let mut said = String::new();
+                self.child.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+                panic!("the launch ended before its time: {status}\n{said}");
+            }
+            self.recorded_so_far(topic::ROBOT_COMMAND) > 100
+        });
     }
 
     /// How many messages of a topic could be recovered of the recording now.
@@ -204,30 +219,30 @@ impl Finished {
         self.folder().join("walk.mcap")
     }
 
-    /// Asserts that nothing is left in shared memory, now or within a moment (processes whose launcher was killed need one).
+    /// Asserts that nothing is left in shared memory. Of a launcher that was killed, all processes must have ended.
     pub fn assert_nothing_left(&self) {
-        let mut left = Vec::new();
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(10) {
-            left = self.domain.leftovers();
-            if left.is_empty() {
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-        panic!("left in shared memory: {left:?}\n{}", self.stderr);
+        let left = self.domain.leftovers();
+        assert!(left.is_empty(), "left in shared memory: {left:?}\n{}", self.stderr);
     }
 }
 
 /// Process ids of a process's children, by name.
 pub fn children_of(parent: u32) -> Vec<(String, u32)> {
-    let children = std::fs::read_to_string(format!("/proc/{parent}/task/{parent}/children")).unwrap_or_default();
+    let is_child = |id: &u32| {
+        let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+        // State and parent follow the name, which is in parentheses and may hold anything.
+        let parents = stat.rsplit_once(") ").and_then(|(_, rest)| rest.split(' ').nth(1)?.parse().ok());
+        parents == Some(parent)
+    };
     let named = |id: u32| {
         let line = std::fs::read(format!("/proc/{id}/cmdline")).ok()?;
         let program = String::from_utf8_lossy(line.split(|byte| *byte == 0).next()?).into_owned();
         Some((Path::new(&program).file_name()?.to_string_lossy().into_owned(), id))
     };
-    children.split_whitespace().filter_map(|id| named(id.parse().ok()?)).collect()
+    // Not /proc/PARENT/task/PARENT/children: it is not on every kernel, and may skip some while others end.
+    let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let ids = processes.filter_map(|entry| entry.file_name().to_string_lossy().parse().ok());
+    ids.filter(is_child).filter_map(named).collect()
 }
 
 /// Whether a process is alive (not gone, not a zombie).

@@ -106,13 +106,7 @@ impl Supervised {
 
     /// What an unexpected end means: the launcher's exit code and the words for it, with the last thing the process said.
     pub fn explain(&self, status: ExitStatus) -> Ending {
-        let (code, how) = match (status.code(), status.signal()) {
-            (Some(code @ 1..=6), _) => (code as u8, format!("ended with code {code}")),
-            (Some(101), _) => (1, "broke down (a bug)".to_string()),
-            (Some(code), _) => (4, format!("ended with code {code}")),
-            (None, Some(signal)) => (4, format!("was killed by signal {signal}")),
-            (None, None) => (4, "ended".to_string()),
-        };
+        let (code, how) = meaning(status);
         let said = std::fs::read_to_string(&self.log).unwrap_or_default();
         let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty()).collect();
         let last = lines.iter().rev().find(|line| line.contains("ERROR")).or(lines.last());
@@ -121,11 +115,42 @@ impl Supervised {
     }
 }
 
+/// The launcher's exit code for an unexpected end, and the words for it.
+fn meaning(status: ExitStatus) -> (u8, String) {
+    match (status.code(), status.signal()) {
+        (Some(code @ 1..=6), _) => (code as u8, format!("ended with code {code}")),
+        (Some(101), _) => (1, "broke down (a bug)".to_string()),
+        (Some(code), _) => (4, format!("ended with code {code}")),
+        (None, Some(signal)) => (4, format!("was killed by signal {signal}")),
+        (None, None) => (4, "ended".to_string()),
+    }
+}
+
 impl Drop for Supervised {
     fn drop(&mut self) {
         if self.ended().is_none() {
             let _ = self.child.kill();
             let _ = self.child.wait();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_end_has_a_code_and_words() {
+        // As `wait` has it: the code in the second byte, the signal in the first.
+        for (status, code, how) in [
+            (0, 4, "ended with code 0"),
+            (1 << 8, 1, "ended with code 1"),
+            (6 << 8, 6, "ended with code 6"),
+            (7 << 8, 4, "ended with code 7"),
+            (101 << 8, 1, "broke down (a bug)"),
+            (9, 4, "was killed by signal 9"),
+        ] {
+            assert_eq!(meaning(ExitStatus::from_raw(status)), (code, how.to_string()));
         }
     }
 }

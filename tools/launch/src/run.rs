@@ -11,12 +11,15 @@ use messages::{Health, RobotCommand, SoleDeformation, Truth, topic};
 use node::Stop;
 use scenario::Scenario;
 use std::os::unix::process::ExitStatusExt;
+use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
 /// How often processes and messages are looked at: well within what the subscribers' buffers hold.
 const ROUND: Duration = Duration::from_millis(20);
 /// How long a process may take to stop.
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
+/// How long one that said that it stops may take to end, when another has ended because of it.
+const CULPRIT_PATIENCE: Duration = Duration::from_secs(10);
 /// How long the recorder may take to store what is left and write its index.
 const RECORDER_PATIENCE: Duration = Duration::from_secs(20);
 /// How often those that are not ready are named.
@@ -128,27 +131,33 @@ fn first_death(children: &mut [Supervised], ears: &mut Ears) -> Option<Ending> {
     let start = Instant::now();
     loop {
         std::thread::sleep(Duration::from_millis(50));
-        // A broken subscriber no longer matters.
+        let ended: Vec<Option<ExitStatus>> = children.iter_mut().map(Supervised::ended).collect();
+        // After seeing who has ended: all that they said before is there now. A broken subscriber no longer matters.
         let _ = ears.listen();
-        let mut endings: Vec<(u8, Ending)> = Vec::new();
-        for child in children.iter_mut() {
-            if let Some(status) = child.ended() {
-                let followed = status.signal().is_none() && ears.lost_a_partner(child.process);
-                let ending = child.explain(status);
-                let rank = match ending.code {
-                    2 => 0,
-                    1 | 5 | 6 => 1,
-                    3 => 2,
-                    _ if followed => 4,
-                    _ => 3,
-                };
-                endings.push((rank, ending));
-            }
-        }
-        let first = endings.into_iter().min_by_key(|(rank, _)| *rank);
-        if start.elapsed() > STOP_PATIENCE || first.as_ref().is_some_and(|(rank, _)| *rank < 4) {
+        let endings = children.iter().zip(ended).filter_map(|(child, ended)| {
+            let status = ended?;
+            let followed = status.signal().is_none() && ears.lost_a_partner(child.process);
+            let ending = child.explain(status);
+            Some((rank(&ending, followed), ending))
+        });
+        let first = endings.min_by_key(|(rank, _)| *rank);
+        if start.elapsed() > CULPRIT_PATIENCE || first.as_ref().is_some_and(|(rank, _)| *rank < FOLLOWED) {
             return first.map(|(_, ending)| ending);
         }
+    }
+}
+
+/// Rank of an ending that another one caused.
+const FOLLOWED: u8 = 4;
+
+/// How far an ending is from what went wrong first, by its exit code.
+fn rank(ending: &Ending, followed: bool) -> u8 {
+    match ending.code {
+        2 => 0,
+        1 | 5 | 6 => 1,
+        3 => 2,
+        _ if followed => FOLLOWED,
+        _ => 3,
     }
 }
 
@@ -249,5 +258,22 @@ impl Ears {
     fn not_ready(&self) -> Vec<&'static str> {
         let ready = |state: &Option<State>| matches!(state, Some(State::Ready | State::Running | State::Holding));
         self.states.iter().filter(|(_, state, _)| !ready(state)).map(|(process, ..)| process.word()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_went_wrong_first_is_named_before_what_followed() {
+        let ranks = |endings: &[(u8, bool)]| {
+            endings.iter().map(|(code, followed)| rank(&Ending::new(*code, ""), *followed)).collect::<Vec<_>>()
+        };
+        // A wrong configuration; a failure; no start; a safety stop; one for want of the other.
+        let order = ranks(&[(2, false), (6, false), (3, false), (4, false), (4, true)]);
+        assert!(order.is_sorted_by(|one, next| one < next), "{order:?}");
+        assert_eq!(ranks(&[(1, false), (5, false), (6, true)]), ranks(&[(6, false); 3]));
+        assert!(order[3] < FOLLOWED && order[4] == FOLLOWED);
     }
 }
