@@ -11,7 +11,9 @@ pub fn all() -> anyhow::Result<()> {
     rules_and_licenses()?;
     run("lints", cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     run("documentation", cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
-    run("tests", cargo().args(["test", "--workspace"]))
+    run("tests", cargo().args(["test", "--workspace"]))?;
+    // What walks is built otherwise than what is tested.
+    run("release", cargo().args(["build", "--workspace", "--bins", "--release"]))
 }
 
 /// Dependency rules and licences.
