@@ -206,10 +206,16 @@ fn work_grows_linearly_with_the_number_of_swings() {
             plan(&settings).expect("feasible").report.programs
         };
         for (a, b) in of(10).iter().zip(&of(1000)) {
-            // At lambda = 1 ahead they do grow, as the crate's documentation says: 10 to 18. Last bits, other on another processor, add or
+            // At lambda = 1 ahead they do grow, as the crate's documentation says: 10 to 15. Last bits, other on another processor, add or
             // spare a few; in proportion it would be 100 times as many.
-            let limit = if lambda < 1.0 { 2 * a.iterations } else { 3 * a.iterations };
-            assert!(b.iterations <= limit, "lambda {lambda}: {} then {} iterations", a.iterations, b.iterations);
+            assert!(
+                b.iterations <= 2 * a.iterations,
+                "lambda {lambda}: {} then {} iterations",
+                a.iterations,
+                b.iterations
+            );
+            // Digits are not lost on the way: the solver meets its own tolerance in the problem as it was given.
+            assert!(b.residuals.max() <= SOLVER_TOLERANCE, "lambda {lambda}: {:?}", b.residuals);
             let entries = |p: &gait::ProgramReport| (p.hessian_entries + p.constraint_entries) as f64;
             assert!(entries(b) / entries(a) < 115.0);
             assert!(b.variables as f64 / (a.variables as f64) < 115.0);
@@ -217,11 +223,41 @@ fn work_grows_linearly_with_the_number_of_swings() {
     }
 }
 
+/// What the settings ask for by default.
+const SOLVER_TOLERANCE: f64 = 1e-10;
+
 #[test]
 fn asked_for_more_digits_than_there_are_the_solver_gives_those_it_reaches() {
-    let mut settings = straight(1000);
-    settings.cost.lambda = 1.0;
-    settings.solver.tolerance = 1e-12;
-    // Where the first attempt loses its way depends on the last bits: what counts is that a plan with small residuals comes.
-    planned("a thousand swings to the last digit", &settings, BETWEEN_SAMPLES_M);
+    // Where the first attempt loses its way depends on the last bits, so there are several walks: what counts is that a plan with small
+    // residuals comes. Where nothing is paid for the feet's ZMPs, and nothing moves ahead, there is least to hold on to.
+    for (lambda, single_s, double_s) in
+        [(0.6, 0.05, 0.05), (0.6, 5.0, 0.05), (0.9, 0.3, 0.1), (0.9, 2.0, 2.0), (0.9, 20.0, 20.0)]
+    {
+        let settings = beating(6, 0.0, [single_s, double_s], CostSettings { lambda, mu: 0.0 });
+        let settings =
+            GaitSettings { solver: gait::SolverSettings { tolerance: 1e-12, ..settings.solver }, ..settings };
+        plan(&settings).unwrap_or_else(|error| panic!("lambda {lambda}, {single_s} s, {double_s} s: {error}"));
+    }
+}
+
+/// A walk of equal single and of equal double supports.
+fn beating(swings: u32, step_length_m: f64, [single_s, double_s]: [f64; 2], cost: CostSettings) -> GaitSettings {
+    let mut settings = GaitSettings { walk: Walk::Straight { swings, step_length_m }, cost, ..GaitSettings::default() };
+    (settings.timing.single_support_s, settings.timing.double_support_s) = (single_s, double_s);
+    settings
+}
+
+/// A cost that is a million times heavier in one direction than in another, as the planner's ranges allow.
+#[test]
+fn a_heavy_weight_on_the_zmps_accelerations_does_not_stop_the_solver() {
+    for mu in [1e4, 1e6] {
+        for rhythm in [[0.05, 0.05], [5.0, 0.05], [0.05, 20.0], [0.1, 0.3]] {
+            for step_length_m in [0.0, 0.05] {
+                let settings = beating(6, step_length_m, rhythm, CostSettings { lambda: 0.0, mu });
+                let plan =
+                    plan(&settings).unwrap_or_else(|error| panic!("mu {mu}, {rhythm:?} s, {step_length_m} m: {error}"));
+                assert_eq!(plan.pattern.check(), Ok(()));
+            }
+        }
+    }
 }

@@ -20,11 +20,18 @@ pub struct Settings {
     pub tolerance: f64,
     /// Limit of interior-point iterations; 10 to 30 are usual.
     pub iterations_max: u32,
+    /// Whether Clarabel scales rows and columns to similar size first. Leave it out where unknowns and rows have been scaled with their
+    /// meaning in mind: its scaling, which looks at the largest entry of each, then takes digits away.
+    pub equilibrate: bool,
+    /// Added to the diagonal of every system of equations, so that its factors exist; iterative refinement takes it away again. Where the
+    /// objective is flatter than this along some direction refinement no longer converges, and steps in that direction lose their
+    /// digits; the smaller it is, the more digits the factors lose. Useful: 1e-11 to 1e-8.
+    pub regularisation: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { tolerance: 1e-10, iterations_max: 200 }
+        Self { tolerance: 1e-10, iterations_max: 200, equilibrate: true, regularisation: 1e-8 }
     }
 }
 
@@ -74,6 +81,8 @@ pub(crate) fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Rep
         tol_gap_abs: settings.tolerance,
         tol_gap_rel: settings.tolerance,
         tol_feas: settings.tolerance,
+        equilibrate_enable: settings.equilibrate,
+        static_regularization_constant: settings.regularisation,
         direct_solve_method: "qdldl".to_string(),
         presolve_enable: false, // the rows below are all finite; presolve would only copy them
         ..DefaultSettings::default()
