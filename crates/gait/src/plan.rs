@@ -69,11 +69,11 @@ pub fn plan(settings: &GaitSettings) -> Result<Plan, GaitError> {
 /// Residuals up to this are accepted when the solver stops short of its own tolerance, as it may when asked for the last
 /// digits: there the checks of a plan still hold (COM equation within 1e-9 m/s^2).
 const RESIDUAL_MAX: f64 = 1e-8;
-/// Asked for more digits than this, the solver may lose its way where it would reach these (measured: with 1e-12 and mu = 0, 10 of 735
+/// Asked for more digits than this, the solver may lose its way where it would reach these (measured: with 1e-12 and mu = 0, 10 of 245
 /// walks): then it is asked for these.
 const TOLERANCE_REACHED: f64 = 1e-10;
 
-/// The unknowns are scaled already (module `layout`), each by what it means; scaled once more by the solver, one problem in eleven ends
+/// The unknowns are scaled already (module `layout`), each by what it means; scaled once more by the solver, one walk in twenty-five ends
 /// with numerical failure where mu is large (1176 walks: phases of 0.05 s to 20 s, lambda 0 to 1, mu 0 to 1e6).
 const EQUILIBRATE: bool = false;
 /// Of long walks at lambda = 1 the objective is nearly flat along speeds that vary slowly, by 1e-11 of its largest curvature for 1000

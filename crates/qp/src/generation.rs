@@ -1,10 +1,13 @@
 //! Solving with few rows first.
 //!
 //! Of many two-sided rows, few sides are active at the solution, and a side that is not active costs an interior point as
-//! much as one that is. [`solve_generating`] starts with the rows the caller picks, adds the sides that the solution breaks
-//! (and those that it keeps by less than the largest violation, for they are next), and repeats until none is broken. The
+//! much as one that is. [`solve_generating`] starts with the rows the caller picks, goes on with the sides that the solution breaks
+//! or keeps by less than the largest violation (they are next), adds such sides, and repeats until none is broken. The
 //! relaxed problem's solution is then feasible, hence optimal, for the whole one; the report's residuals are those of the
 //! whole problem.
+//!
+//! Only the caller's first choice is left behind, being a guess; afterwards sides are added and none is dropped, so that no two
+//! choices can alternate.
 
 use crate::backend::clarabel::{Settings, solve, solve_once};
 use crate::sparse::ProblemError;
@@ -32,7 +35,7 @@ pub fn solve_generating(
     // Which side of which row takes part: [lower, upper].
     let mut sides: Vec<[bool; 2]> = first.iter().map(|take| [*take; 2]).collect();
     let mut iterations = 0;
-    for _ in 0..ROUNDS_MAX {
+    for round in 0..ROUNDS_MAX {
         let (part, rows) = restricted(problem, &sides);
         let solved = solve_once(&part, settings);
         iterations += solved.iterations;
@@ -50,8 +53,10 @@ pub fn solve_generating(
             let residuals = problem.residuals(&solved.x, &solved.y_eq, &y_in, &solved.y_bound);
             return Ok(Report { y_in, residuals, iterations, ..solved });
         }
-        let next: Vec<_> = missing.filter(|(i, side)| violations(*i)[*side] > -largest).collect();
-        next.into_iter().for_each(|(i, side)| sides[i][side] = true);
+        for (i, taken) in sides.iter_mut().enumerate() {
+            let near = violations(i).map(|violation| violation > -largest);
+            *taken = [0, 1].map(|side| near[side] || (taken[side] && round > 0));
+        }
     }
     let whole = solve(problem, settings)?;
     // A limit counts for each solve; only the report adds them up.
