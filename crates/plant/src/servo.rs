@@ -223,6 +223,29 @@ mod tests {
     }
 
     #[test]
+    fn a_feed_forward_torque_acts_until_another_comes_or_the_posture_is_held() {
+        let mut servo = servo();
+        let state = DriveState { share: 1.0, period_s: 0.005, step_s: 1e-3, position: 0.0, rate: 0.0 };
+        for torque_nm in [3.0, -4.0] {
+            servo.command(&one(0.0), &one(torque_nm), 0.005);
+            assert_eq!(servo.torque(0, &state).motor_nm, torque_nm);
+        }
+        servo.hold(&one(0.0));
+        assert_eq!(servo.torque(0, &state).motor_nm, 0.0);
+    }
+
+    #[test]
+    fn a_joint_that_the_settings_name_has_its_own_drive() {
+        let model = Model::from_urdf(URDF, &ModelOptions { base: Base::Fixed, ..Default::default() }).unwrap();
+        let own = DriveSettings { stiffness_nm_per_rad: 7.0, rotor_inertia_kg_m2: 0.3, ..Default::default() };
+        let settings = ServoSettings { joints: [("elbow".to_owned(), own)].into(), ..Default::default() };
+        let servo = Servo::new(&model, &settings).unwrap();
+        assert_eq!(servo.rotor_inertia_kg_m2(0), 0.3);
+        let state = DriveState { share: 1.0, period_s: 0.005, step_s: 1e-3, position: 0.5, rate: 0.0 };
+        assert_eq!(servo.torque(0, &state).motor_nm, -3.5);
+    }
+
+    #[test]
     fn a_repeated_reference_is_held_with_rate_zero() {
         let mut servo = servo();
         servo.command(&one(0.004), &one(0.0), 0.005);

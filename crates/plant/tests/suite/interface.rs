@@ -113,8 +113,87 @@ fn the_same_inputs_give_the_same_bits() {
     let (mut other, _) = standing(settings);
     assert_eq!(first, run(&mut other, &command));
     // Placing it again forgets everything.
+    let (fresh, _) = standing(plant.settings().clone());
     plant.place(&robot::stand(&robot::model(), &robot::flat_ankles(SINK_M), COM));
+    assert_eq!((plant.sensors(), plant.truth()), (fresh.sensors(), fresh.truth()));
     assert_eq!(first, run(&mut plant, &command));
+    assert_eq!(plant.truth(), other.truth());
+}
+
+#[test]
+fn a_fallen_robot_that_is_placed_again_stands() {
+    let mut settings = robot::settings();
+    settings.fall.base_height_min_m = 0.9;
+    let (mut plant, command) = standing(settings);
+    assert!(
+        matches!(plant.fallen(), Some(fall) if matches!(fall.reason, FallReason::BaseLow(_))),
+        "as high it never is"
+    );
+    let mut q = plant.state().q.clone();
+    q.base.translation.z = 2.0;
+    plant.place(&q);
+    assert_eq!(plant.fallen(), None);
+    plant.tick(&command);
+    assert!(plant.truth().com_velocity.z < -0.04, "it moves again");
+}
+
+#[test]
+fn links_at_the_ankles_may_be_as_low_as_the_ankles_are() {
+    let mut settings = robot::settings();
+    // Above the ankles, below the knees.
+    settings.fall.link_height_min_m = 0.2;
+    let (plant, _) = standing(settings);
+    assert_eq!(plant.fallen(), None);
+}
+
+#[test]
+fn what_is_not_solved_is_counted() {
+    let mut settings = robot::settings();
+    settings.step.newton_steps_max = 1;
+    settings.step.force_tolerance_n = 1e-9;
+    let (mut plant, command) = standing(settings);
+    plant.tick(&command);
+    let integration = plant.truth().integration;
+    assert_eq!((integration.steps, integration.newton_steps, integration.unconverged_steps), (5, 5, 5));
+}
+
+#[test]
+fn who_turns_or_moves_on_the_spot_is_not_at_rest() {
+    let model = robot::model();
+    let mut q = robot::posture(&model);
+    q.base.translation.z = 100.0;
+    let mut settings = robot::settings();
+    settings.rest.duration_s = 0.005;
+    for (row, rate, resting) in [(5, 0.5, false), (5, 1e-3, true), (0, 0.5, false), (0, 1e-4, true)] {
+        // Weightless, for otherwise it falls.
+        let options =
+            ModelOptions { locked_joints: robot::locked_joints(), gravity: Vec3::zeros(), ..Default::default() };
+        let model = Model::from_urdf(&robot::urdf(), &options).unwrap();
+        let mut v = nalgebra::DVector::zeros(model.nv());
+        v[row] = rate;
+        let mut plant = Plant::new(settings.clone(), model, robot::hard_soles(), &robot::frames()).unwrap();
+        plant.place_moving(&q, &v);
+        assert!(!plant.at_rest(), "not before it has been for a while");
+        let joint_count = plant.model().joint_count();
+        let command = PlantCommand {
+            joint_positions: q.joints.clone(),
+            joint_torques: nalgebra::DVector::zeros(joint_count),
+            plan: None,
+        };
+        plant.tick(&command);
+        assert_eq!(plant.at_rest(), resting, "{rate} in row {row}");
+    }
+}
+
+#[test]
+fn the_zero_moment_point_of_both_feet_lies_between_theirs_as_they_carry() {
+    let (mut plant, command) = standing(robot::settings());
+    plant.settle(&command, 5.0).unwrap();
+    let truth = plant.truth();
+    let total: f64 = truth.feet.iter().map(|foot| foot.wrench.force.z).sum();
+    let weighted =
+        truth.feet.iter().map(|foot| foot.zmp.unwrap() * (foot.wrench.force.z / total)).sum::<nalgebra::Vector2<f64>>();
+    assert!((truth.zmp.unwrap() - weighted).norm() < 1e-9, "{:?} not {weighted}", truth.zmp);
 }
 
 #[test]

@@ -31,10 +31,15 @@ pub fn urdf() -> String {
     hrp4().urdf.clone()
 }
 
-/// Walking model: hands, wrists and neck locked.
+/// Hands, wrists and neck.
+pub fn locked_joints() -> Vec<(String, f64)> {
+    hrp4().description.walking_locked_joints()
+}
+
+/// Walking model.
 pub fn model() -> Model {
-    let locked_joints = hrp4().description.walking_locked_joints();
-    Model::from_urdf(&hrp4().urdf, &ModelOptions { locked_joints, ..Default::default() }).expect("the robot's own file")
+    let options = ModelOptions { locked_joints: locked_joints(), ..Default::default() };
+    Model::from_urdf(&hrp4().urdf, &options).expect("the robot's own file")
 }
 
 pub fn frames() -> PlantFrames {
