@@ -2,7 +2,7 @@
 
 use crate::description::Shared;
 use crate::error::nearest;
-use crate::{Friction, RobotDescription, RobotError, SoleDescription};
+use crate::{FRICTION_MAX, Friction, RobotDescription, RobotError, SoleDescription};
 use sole_mesh::{EXTENT_M, Mesh};
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -75,6 +75,10 @@ struct Range {
 
 const POSITIVE: Range = Range { holds: |x| x > 0.0 && x.is_finite(), words: "a positive number" };
 const NOT_NEGATIVE: Range = Range { holds: |x| x >= 0.0 && x.is_finite(), words: "zero or a positive number" };
+const RUBBER: Range = Range {
+    holds: |x| (0.0..=FRICTION_MAX).contains(&x),
+    words: "0 to 10: dry rubber has about 1; for a sole that never slides, a few are enough",
+};
 const FINITE: Range = Range { holds: f64::is_finite, words: "a finite number" };
 const FRACTION: Range = Range { holds: |x| x > 0.0 && x <= 1.0, words: "more than 0, at most 1" };
 const TURN: Range = Range { holds: |x| x.abs() <= 360.0, words: "an angle in degrees, at most one turn" };
@@ -147,8 +151,10 @@ pub(crate) fn robot(path: &Path, robot: &RobotDescription) -> Result<(), RobotEr
 pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError> {
     let file = File(path);
     match &sole.friction {
-        Friction::Uniform(mu) => file.range("friction", *mu, NOT_NEGATIVE)?,
-        Friction::PerPatch(list) => list.iter().try_for_each(|mu| file.range("friction", *mu, NOT_NEGATIVE))?,
+        Friction::Uniform(mu) => file.range("friction", *mu, RUBBER)?,
+        Friction::PerPatch(list) => {
+            list.iter().enumerate().try_for_each(|(i, mu)| file.range(format!("friction[{i}]"), *mu, RUBBER))?
+        }
     }
     let mesh = &sole.mesh;
     let found = match (mesh.box_m.is_some(), mesh.cells.is_some(), mesh.file.is_some()) {

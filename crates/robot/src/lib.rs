@@ -22,6 +22,6 @@ pub use error::RobotError;
 pub use joint_map::JointMap;
 pub use load::{Robot, fingerprint, read_mesh};
 pub use sole::{
-    ContactSet, FootMounting, Friction, MaterialDescription, MeshDescription, SoleDescription, SoleLevel,
+    ContactSet, FRICTION_MAX, FootMounting, Friction, MaterialDescription, MeshDescription, SoleDescription, SoleLevel,
     SolverDescription,
 };

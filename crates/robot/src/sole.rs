@@ -31,6 +31,10 @@ impl SoleDescription {
     }
 }
 
+/// Largest friction coefficient that is believed: dry rubber has about 1, sticky gels a few. The contact solver is tested up to here, and a
+/// number beyond it is no friction but another quantity.
+pub const FRICTION_MAX: f64 = 10.0;
+
 /// Coulomb friction coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]

@@ -103,6 +103,9 @@ fn numbers_outside_their_range_are_refused() {
         ("sole.toml", "poisson_ratio = 0.31", "poisson_ratio = 0.5"),
         ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = nan"),
         ("sole.toml", "friction = 0.65", "friction = -0.1"),
+        ("sole.toml", "friction = 0.65", "friction = 1e6"),
+        ("sole.toml", "friction = 0.65", "friction = inf"),
+        ("sole.toml", "friction = 0.65", "friction = [0.5, 0.6, 10.1]"),
         ("sole.toml", "cells = [12, 7, 3]", "cells = [12, 0, 3]"),
         // Megapascals, then what no unit makes a sole; millimetres; centimetres.
         ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32"),
@@ -117,6 +120,10 @@ fn numbers_outside_their_range_are_refused() {
     for (file, from, to) in cases {
         let error = changed(file, from, to);
         assert!(matches!(error, RobotError::OutOfRange { .. }), "{to}: {error}");
+    }
+    let said = changed("sole.toml", "friction = 0.65", "friction = [0.5, 1e6]").to_string();
+    for part in ["sole.toml: ", "friction[1] = 1000000", "0 to 10", "dry rubber has about 1"] {
+        assert!(said.contains(part), "{said}");
     }
 }
 

@@ -60,6 +60,12 @@ pub enum MshError {
         /// Number of the node.
         node: u64,
     },
+    /// Two nodes have one number. Remedy: number the nodes anew, as Gmsh does when it saves a file.
+    #[error("there are two nodes {node}")]
+    NodeTwice {
+        /// Their number.
+        node: u64,
+    },
     /// The mesh itself is unsound.
     #[error("{defect}{}", in_the_file(.elements, .nodes))]
     Unsound {
@@ -247,6 +253,13 @@ enum Shape {
 }
 
 impl File {
+    fn node(&mut self, number: u64, point: Vec3) -> Result<(), MshError> {
+        match self.nodes.insert(number, point) {
+            None => Ok(()),
+            Some(_) => Err(MshError::NodeTwice { node: number }),
+        }
+    }
+
     fn element(&mut self, shape: Shape, number: u64, physical: Vec<i64>, mut nodes: Vec<u64>) {
         match shape {
             Shape::Triangle => {
@@ -275,7 +288,7 @@ fn read_2(text: &str, file: &mut File) -> Result<(), MshError> {
     for _ in 0..input.next::<usize>("the number of nodes")? {
         let tag = input.next("a node number")?;
         let point = input.point()?;
-        file.nodes.insert(tag, point);
+        file.node(tag, point)?;
     }
     let mut input = numbers(text, "Elements")?;
     let mut midpoints = BTreeSet::new();
@@ -327,8 +340,8 @@ fn read_4(text: &str, file: &mut File) -> Result<(), MshError> {
         let tags = (0..count).map(|_| input.next("a node number")).collect::<Result<Vec<u64>, _>>()?;
         for tag in tags {
             let point = input.point()?;
-            input.skip(parametric * dimension, "parametric coordinates")?;
-            file.nodes.insert(tag, point);
+            input.skip(parametric.saturating_mul(dimension), "parametric coordinates")?;
+            file.node(tag, point)?;
         }
     }
     let mut input = numbers(text, "Elements")?;

@@ -96,3 +96,31 @@ fn blocks_beyond_any_memory_are_refused_before_it_is_asked_for() {
     assert_eq!(Mesh::check_box(size_m, [1, 1, ELEMENTS_MAX / 6]), Ok(()));
     assert!(matches!(Mesh::check_box(size_m, [1, 1, 0]), Err(MeshError::EmptyBox { .. })));
 }
+
+#[test]
+fn the_order_in_which_sets_are_given_does_not_matter_and_what_is_in_both_is_named() {
+    let mesh = good();
+    let mut shuffled = mesh.clone();
+    for set in [&mut shuffled.clamped, &mut shuffled.contact] {
+        set.reverse();
+        set.push(set[1]);
+    }
+    assert_eq!(shuffled.checked().as_ref(), Ok(&mesh));
+    let mut both = mesh.clone();
+    both.contact.push(both.clamped[2]);
+    assert_eq!(both.checked(), Err(MeshError::ClampedContact { node: mesh.clamped[2] }));
+    let mut without = mesh.clone();
+    without.clamped.clear();
+    assert_eq!(without.checked(), Err(MeshError::NothingClamped));
+    let mut floating = mesh.clone();
+    floating.contact.clear();
+    assert_eq!(floating.checked(), Err(MeshError::NoContactCandidate));
+    for lost in [f64::NAN, f64::INFINITY] {
+        let mut broken = mesh.clone();
+        broken.nodes[4].y = lost;
+        assert_eq!(broken.checked(), Err(MeshError::NodeNotFinite { node: 4 }));
+    }
+    let mut beyond = mesh.clone();
+    beyond.tetrahedra[3][2] = mesh.nodes.len();
+    assert_eq!(beyond.checked(), Err(MeshError::UnknownNode { element: 3, node: mesh.nodes.len() }));
+}

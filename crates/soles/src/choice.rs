@@ -1,6 +1,6 @@
 //! What a process may replace in `sole.toml`.
 
-use robot::SoleLevel;
+use robot::{FRICTION_MAX, SoleLevel};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -27,6 +27,27 @@ impl Default for SoleChoice {
     }
 }
 
+impl SoleChoice {
+    /// Is every number one that can be?
+    ///
+    /// # Errors
+    /// [`SolesError::Choice`] with the key.
+    pub fn check(&self) -> Result<(), SolesError> {
+        if let Some(found) = self.friction.filter(|mu| !(0.0..=FRICTION_MAX).contains(mu)) {
+            return Err(SolesError::Choice {
+                key: "sole.friction",
+                found,
+                expected: "0 to 10 (dry rubber has about 1)",
+            });
+        }
+        let found = self.young_modulus_factor;
+        if !(found > 0.0 && found.is_finite()) {
+            return Err(SolesError::Choice { key: "sole.young_modulus_factor", found, expected: "a positive number" });
+        }
+        Ok(())
+    }
+}
+
 /// Why there are no soles.
 #[derive(Debug, thiserror::Error)]
 pub enum SolesError {
@@ -37,6 +58,16 @@ pub enum SolesError {
         file: PathBuf,
         /// What is wrong.
         source: sole::SoleError,
+    },
+    /// A number in the process's configuration cannot be.
+    #[error("{key} = {found}, expected {expected}")]
+    Choice {
+        /// Key in the process's configuration.
+        key: &'static str,
+        /// What it says.
+        found: f64,
+        /// What it should say.
+        expected: &'static str,
     },
     /// The levels `rigid` and `lumped` have no contact points of the mesh. Remedy: another level, or one coefficient.
     #[error(
@@ -72,4 +103,29 @@ pub enum SolesError {
         /// Key in the process's configuration.
         key: &'static str,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_cannot_be_are_refused_by_key() {
+        assert!(SoleChoice::default().check().is_ok());
+        for mu in [0.0, 0.65, FRICTION_MAX] {
+            assert!(SoleChoice { friction: Some(mu), ..SoleChoice::default() }.check().is_ok(), "{mu}");
+        }
+        for mu in [-0.1, 10.1, 1e6, f64::INFINITY, f64::NAN] {
+            let error = SoleChoice { friction: Some(mu), ..SoleChoice::default() }.check().expect_err("no friction");
+            assert_eq!(error.to_string(), format!("sole.friction = {mu}, expected 0 to 10 (dry rubber has about 1)"));
+        }
+        for young_modulus_factor in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+            let choice = SoleChoice { young_modulus_factor, ..SoleChoice::default() };
+            let error = choice.check().expect_err("no foam").to_string();
+            assert!(
+                error.starts_with("sole.young_modulus_factor = ") && error.ends_with("a positive number"),
+                "{error}"
+            );
+        }
+    }
 }

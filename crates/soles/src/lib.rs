@@ -49,6 +49,7 @@ pub fn nominal(robot: &Robot) -> SoleSettings {
 /// # Errors
 /// [`SolesError`] names file, field and value.
 pub fn build(robot: &Robot, choice: &SoleChoice, store: &mut Store) -> Result<Option<[SoleModel; 2]>, SolesError> {
+    choice.check()?;
     if choice.cells.is_some() {
         needs_a_block(robot, "sole.cells")?;
     }
