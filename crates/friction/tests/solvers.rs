@@ -172,3 +172,83 @@ fn what_is_not_a_contact_problem_is_refused_by_place() {
     assert_eq!(mu, ProblemError::NegativeFriction { contact: 1, mu: -0.1 });
     assert!(matches!(refused(sound(), DVector::zeros(5), [0.5; 2]), ProblemError::Size { free: 5, .. }));
 }
+
+#[test]
+fn the_residual_is_the_one_of_the_docs_in_newtons() {
+    // Two contacts of 2e-4 m/N, rho = 5000 N/m; each 1 mm and 0.6 mm deep.
+    let w = DMatrix::identity(6, 6) * 2e-4;
+    let q = DVector::from_vec(vec![0.0, 0.0, -1e-3, 0.0, 0.0, -0.6e-3]);
+    let problem = ContactProblem::new(w, q, vec![0.5; 2]).expect("sound");
+    let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+    // Without force: 5 N and 3 N are missing.
+    let none = problem.residual(&DVector::zeros(6));
+    assert!(close(none.absolute_n, 34.0_f64.sqrt()) && close(none.relative, 1.0), "{none:?}");
+    assert_eq!(none.worst_contact, 0);
+    // 4 N of 5, 1 N of 3; relative to the force that there is.
+    let some = problem.residual(&DVector::from_vec(vec![0.0, 0.0, 4.0, 0.0, 0.0, 1.0]));
+    assert!(close(some.absolute_n, 5.0_f64.sqrt()) && close(some.relative, (5.0_f64 / 17.0).sqrt()), "{some:?}");
+    assert_eq!(some.worst_contact, 1);
+    let first = problem.residual(&DVector::from_vec(vec![0.0, 0.0, 3.0, 0.0, 0.0, 2.0]));
+    assert_eq!(first.worst_contact, 0);
+    // Sideways: 1 N of friction on a contact that has not moved sideways is too much by what the law says, z = F - rho delta.
+    let side = problem.residual(&DVector::from_vec(vec![1.0, 0.0, 5.0, 0.0, 0.0, 3.0]));
+    let (slip, rho, mu) = (2e-4, 5000.0, 0.5);
+    let shifted = Vector3::new(1.0 - rho * slip, 0.0, 5.0 - rho * mu * slip);
+    assert!(close(side.absolute_n, (Vector3::new(1.0, 0.0, 5.0) - shifted).norm()), "{side:?}");
+}
+
+#[test]
+fn an_asymmetry_of_file_formats_is_averaged_away() {
+    let mut w = DMatrix::identity(3, 3) * 2e-4;
+    (w[(0, 2)], w[(2, 0)]) = (1.0e-6, 2.0e-6);
+    let problem =
+        ContactProblem::new(w, DVector::from_vec(vec![0.0, 0.0, -1e-3]), vec![0.5]).expect("nearly symmetric");
+    assert_eq!((problem.delassus()[(0, 2)], problem.delassus()[(2, 0)]), (1.5e-6, 1.5e-6));
+}
+
+#[test]
+fn a_reset_workspace_is_a_new_one() {
+    let problem = elastic(10, 0.8, 4);
+    let mut used = Workspace::new(10);
+    solve(&elastic(10, 0.3, 3), &mut used, &tight());
+    used.reset();
+    assert_eq!(gauss_seidel(&problem, &mut used, &tight()), gauss_seidel(&problem, &mut Workspace::new(10), &tight()));
+}
+
+#[test]
+fn more_iterations_never_give_a_worse_answer() {
+    for (n, mu, seed) in [(10, 0.8, 4), (40, 1.2, 6), (40, 5.0, 7), (40, 5.0, 8)] {
+        let problem = elastic(n, mu, seed);
+        for solver in [newton as fn(&ContactProblem, &mut Workspace, &Settings) -> Report, proximal] {
+            let mut before = f64::INFINITY;
+            for limit in 0..12 {
+                let settings = Settings { newton_iterations_max: limit, proximal_iterations_max: limit, ..tight() };
+                let found = solver(&problem, &mut Workspace::new(n), &settings).residual.relative;
+                assert!(found <= before, "{n} contacts, mu {mu}, {limit} iterations: {found:e} after {before:e}");
+                before = found;
+            }
+        }
+    }
+}
+
+#[test]
+fn one_newton_step_takes_the_force_from_contacts_that_have_opened() {
+    // Without friction the equations of given states are linear: from the right states one step is enough.
+    let problem = elastic(40, 0.0, 2);
+    let mut workspace = Workspace::new(40);
+    let answer = gauss_seidel(&problem, &mut workspace, &tight());
+    assert_eq!(answer.status, Status::Solved);
+    let mut open = 0;
+    for a in 0..40 {
+        let (rho, i) = (3.0 / problem.delassus().fixed_view::<3, 3>(3 * a, 3 * a).trace(), 3 * a + 2);
+        if answer.force[i] == 0.0 {
+            // Much less than would press it to the ground, or let a neighbour open or close.
+            workspace.force[i] = 1e-4 * rho * answer.delta[i];
+            open += 1;
+        }
+    }
+    assert!(open > 3, "{open}");
+    let one = newton(&problem, &mut workspace, &Settings { newton_iterations_max: 1, ..tight() });
+    assert_eq!((one.status, one.iterations), (Status::Solved, 1), "{:e}", one.residual.relative);
+    assert!((&one.force - &answer.force).norm() < 1e-9 * answer.force.norm());
+}

@@ -143,3 +143,25 @@ impl StanceReference {
             .all(|x| x.abs() <= LARGEST)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_of_a_rotation_with_its_yaw_held_is_its_derivative() {
+        let r = so3::from_roll_pitch_yaw(0.2, -0.15, 0.7);
+        let w = Vec3::new(0.8, -0.5, 0.3);
+        // The error of central differences, the square of the step, and rounding, 1e-16 over it, are both small here.
+        let step = 1e-5;
+        for order in [EulerOrder::YawPitchRoll, EulerOrder::RollPitchYaw] {
+            let at = |t: f64| order.with_yaw(&(so3::exp(&(t * w)) * r), 0.4);
+            let difference = (at(step) - at(-step)) / (2.0 * step);
+            let away = (difference - order.with_yaw_rate(&r, 0.4, &w)).norm();
+            assert!(away < 1e-9, "{order:?}: {away}");
+        }
+        // What is held is the yaw, and roll and pitch are those of the rotation.
+        let held = so3::roll_pitch_yaw(&EulerOrder::YawPitchRoll.with_yaw(&r, 0.4));
+        assert!((held - Vec3::new(0.2, -0.15, 0.4)).norm() < 1e-14, "{held}");
+    }
+}

@@ -300,3 +300,45 @@ fn a_round_sole_has_no_patches_where_it_does_not_reach_and_is_as_stiff_as_withou
     let springs = at(Level::Winkler { cells: [8, 7] }).expect("a sole");
     assert_eq!(springs.contact_points().len(), points.len());
 }
+
+#[test]
+fn contact_points_of_quadratic_elements_stand_in_the_middle_of_their_hats() {
+    let mesh = ellipse();
+    let settings =
+        SoleSettings { mesh: MeshSource::Mesh(mesh.clone()), level: Level::QuadraticFem, ..SoleSettings::default() };
+    let model = SoleModel::build(&settings).expect("a sole");
+    // INT hat_a x / INT hat_a triangle by triangle: (2 a + b + c) area/12 over area/3.
+    let mut sums = vec![(Vec3::zeros(), 0.0); mesh.nodes.len()];
+    for face in mesh.surface().into_iter().filter(|face| face.iter().all(|i| mesh.contact.binary_search(i).is_ok())) {
+        let [a, b, c] = face.map(|i| mesh.nodes[i]);
+        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+        for i in face {
+            sums[i].0 += area / 12.0 * (a + b + c + mesh.nodes[i]);
+            sums[i].1 += area / 3.0;
+        }
+    }
+    for (node, point) in mesh.contact.iter().zip(model.contact_points()) {
+        let (sum, area) = sums[*node];
+        assert!((sum / area - point).norm() < 1e-15, "node {node}: {} {point}", sum / area);
+    }
+}
+
+#[test]
+fn springs_share_the_stiffness_by_the_area_they_stand_for() {
+    let settings = SoleSettings {
+        mesh: MeshSource::Box { size_m: [0.24, 0.12, 0.021], cells: [24, 12, 1] },
+        level: Level::Winkler { cells: [4, 2] },
+        ..SoleSettings::default()
+    };
+    let model = SoleModel::build(&settings).expect("a sole");
+    let stiffness = |i: usize| 1.0 / model.compliance()[(3 * i + 2, 3 * i + 2)];
+    let total: f64 = (0..15).map(stiffness).sum();
+    // Points row by row: corners stand for an eighth of the whole over four, edges for twice, the middle for four times as much.
+    for (point, quarters) in
+        [(0, 1.0), (4, 1.0), (10, 1.0), (14, 1.0), (2, 2.0), (5, 2.0), (9, 2.0), (6, 4.0), (7, 4.0)]
+    {
+        let share = stiffness(point) / total * 32.0;
+        // Kuhn's triangles give a block's corners unequal areas, a tenth of a patch's here.
+        assert!((share / quarters - 1.0).abs() < 0.1, "point {point}: {share} of {quarters}");
+    }
+}

@@ -282,3 +282,119 @@ fn lifted_feet_keep_their_take_off_pose() {
     assert_eq!(estimator.report().ankle_pose, last);
     assert_eq!(estimator.step(&walking_stance::reference(50, false)).status, Status::InAir);
 }
+
+#[test]
+fn bounded_work_is_enough_to_walk_and_ends_what_is_not() {
+    let model = sole([12, 7, 3], 0.021, Level::Fem);
+    let mut estimator = StanceEstimator::new(model, EstimatorSettings::default());
+    // Twice the bound that the estimator's process has, so that other roundings, which may cost an iteration, are no matter. Every tick has
+    // it anew: all of them together take ten times as much.
+    estimator.bound_work(16_000_000);
+    estimator.touch_down(Foothold::default());
+    for tick in 0..TICKS {
+        let status = estimator.step(&walking_stance::reference(tick, false)).status;
+        assert_eq!(status, Status::Converged, "tick {tick}");
+    }
+    // A first load far from flat takes several iterations: with work for none it is not solved, and nothing is lost.
+    let load = StanceReference::constant(Vec3::new(20.0, 10.0, 383.0), Vector2::new(0.06, 0.02));
+    estimator.touch_down(Foothold::default());
+    let mut free = estimator.clone();
+    estimator.bound_work(1);
+    let report = estimator.step(&load).clone();
+    assert_eq!((report.status, report.slow), (Status::NotConverged, false));
+    assert!(report.iterations <= 1 && free.step(&load).iterations > 2, "{}", report.iterations);
+    estimator.bound_work(u64::MAX);
+    let (late, at_once) = (estimator.step(&load).sole_pose, free.report().sole_pose);
+    assert!(
+        (late.translation - at_once.translation).norm() < 1e-12 && (late.rotation - at_once.rotation).norm() < 1e-11
+    );
+}
+
+#[test]
+fn the_tolerance_bounds_force_and_moment() {
+    let model = small();
+    for tolerance in [1e-2, 1e-4, 1e-6] {
+        let mut estimator = StanceEstimator::new(Arc::clone(&model), EstimatorSettings { tolerance, ..tight() });
+        estimator.touch_down(Foothold::default());
+        for tick in (0..TICKS).step_by(5) {
+            let reference = walking_stance::reference(tick, false);
+            let report = estimator.step(&reference);
+            assert!(report.status.is_solved(), "{tolerance}, tick {tick}: {:?}", report.status);
+            let load = reference.force.norm();
+            let zmp = Vec3::new(reference.zmp[0].x, reference.zmp[0].y, 0.0);
+            let about_zmp = report.wrench.about(&(zmp - report.sole_pose.translation));
+            // A tenth of a metre makes moments forces; rounding is far below.
+            let (force, moment) = ((about_zmp.force - reference.force).amax(), about_zmp.moment.amax());
+            assert!(force <= 1.001 * tolerance * load, "{tolerance}, tick {tick}: {force} N of {load}");
+            assert!(moment <= 1.001 * tolerance * 0.1 * load, "{tolerance}, tick {tick}: {moment} N m under {load} N");
+        }
+    }
+}
+
+#[test]
+fn friction_is_that_of_each_point() {
+    // Polished in front, rough behind, and the first point, which any mix-up of points would ask, the most slippery of all.
+    let model = small();
+    let mut friction: Vec<f64> = model.contact_points().iter().map(|p| if p.x > 0.0 { 0.15 } else { 0.7 }).collect();
+    friction[0] = 0.02;
+    let model = Arc::new(model.as_ref().clone().with_friction(friction).expect("friction"));
+    let mut estimator = StanceEstimator::new(Arc::clone(&model), tight());
+    estimator.touch_down(Foothold::default());
+    let mut beyond = 0;
+    for tick in 0..TICKS {
+        let reference = walking_stance::reference(tick, false);
+        let report = estimator.step(&reference).clone();
+        // From the middle of the sole on the toe, which is polished, cannot hold 0.25 of its load: no tick after that is judged.
+        if !report.status.is_solved() {
+            break;
+        }
+        laws_hold(&model, &report, reference.force.norm());
+        beyond += usize::from(report.friction_use.is_some_and(|used| used * 0.7 > 0.15));
+        let slides = |i: usize| report.node_states[i] == NodeState::Slip;
+        for i in (0..30).filter(|i| slides(*i)) {
+            let (f, mu) = (report.node_forces[i], model.friction()[i]);
+            assert!((f.xy().norm() - mu * f.z).abs() < 1e-8 * reference.force.norm(), "tick {tick}, point {i}: {f}");
+        }
+    }
+    assert!(beyond > 20, "the rough points carry what the polished ones cannot: {beyond} ticks");
+    // The room is measured by the roughest point.
+    let report = estimator.report();
+    assert!(report.friction_use.is_some());
+    let mut stricter = StanceEstimator::new(model, EstimatorSettings { friction_use_max: 0.5, ..tight() });
+    stricter.touch_down(Foothold::default());
+    let load =
+        |use_: f64| StanceReference::constant(Vec3::new(0.7 * use_ * 300.0, 0.0, 300.0), Vector2::new(-0.05, 0.0));
+    let refused = stricter.step(&load(0.51)).clone();
+    let Status::OutsideFrictionCone { tangential_n, limit_n } = refused.status else { panic!("{:?}", refused.status) };
+    assert!((tangential_n - 107.1).abs() < 1e-9 && (limit_n - 105.0).abs() < 1e-9, "{tangential_n} {limit_n}");
+    assert!((refused.friction_use.expect("asked") - 0.51).abs() < 1e-12);
+    assert!(stricter.step(&load(0.3)).status.is_solved());
+}
+
+#[test]
+fn a_lifted_foot_feels_nothing_and_lands_as_a_new_one() {
+    let mut estimator = StanceEstimator::new(small(), tight());
+    estimator.touch_down(Foothold::default());
+    for tick in 0..80 {
+        estimator.step(&walking_stance::reference(tick, false));
+    }
+    let mut thrown = estimator.clone();
+    estimator.lift_off();
+    let report = estimator.report();
+    assert_eq!(report.wrench, spatial::Wrench::zero());
+    assert!(report.node_forces.iter().all(|f| *f == Vec3::zeros()));
+    assert!(report.node_states.iter().all(|state| *state == NodeState::Free));
+    assert_eq!((report.twist, report.acceleration), (spatial::Twist::zero(), spatial::Twist::zero()));
+    // Landing at once, without a lift, is landing all the same.
+    let foothold = Foothold { x_m: 0.3, y_m: -0.1, yaw_rad: 0.4 };
+    thrown.touch_down(foothold);
+    let mut fresh = StanceEstimator::new(small(), tight());
+    fresh.touch_down(foothold);
+    for estimator in [&thrown, &fresh] {
+        let report = estimator.report();
+        assert_eq!((report.twist, report.ankle_twist), (spatial::Twist::zero(), spatial::Twist::zero()));
+        assert_eq!(report.sole_pose.translation, Vec3::new(0.3, -0.1, 0.0));
+    }
+    let load = StanceReference::constant(Vec3::new(3.0, -2.0, 200.0), Vector2::new(0.31, -0.09));
+    assert_eq!(thrown.step(&load).sole_pose, fresh.step(&load).sole_pose);
+}
