@@ -41,8 +41,9 @@
 //! friction 0.65 has five at least under one and the same first load, whose sinkages differ by up to a tenth, each to all digits
 //! a solution. Taken is the one that the first of these three ways reaches from the last tick's pose and states (at touch-down: flat, all points
 //! sticking): always the same one for the same stance. Of 1920 first ticks with Poisson's ratios to 0.499 and friction to 5
-//! (`cargo run --profile bench -p sole --example hard_cases`) 25 find none, all at Poisson's
-//! ratios from 0.45 on and friction from 0.65 on, 16 of them at 0.499: every way of loads that is tried ends before them.
+//! (`cargo run --profile bench -p sole --example hard_cases`) 24 find none, all at Poisson's
+//! ratios from 0.45 on and friction from 0.65 on, 15 of them at 0.499: every way of loads that is tried ends before them. One that is not found there
+//! may take seconds.
 //! *How far the ZMP can go* depends on what holds the points (`tests/suite/edge.rs`; 30 mm sole, 383 N). At the first tick the references turn
 //! with the sole about its foothold (35): tilting draws the loaded edge in by `L/2 (1 - cos)`, and at 0.91 of the half-length (17 degrees) the
 //! ZMP folds back. Later the points stay where they stick; the sole rolls about an edge that holds its place, and there is no fold up to the
@@ -77,7 +78,7 @@
 //! The slow ticks are the first one and the last ones before lift-off, where at a load of a few newtons all 61 points slide at once.
 //!
 //! *Bounded work.* Loads that leap as no walk's do, and first ticks that fold, are followed step by step: 40 of 80 such ticks are solved, in
-//! 21 ms median, 84 ms at most. Where time counts, [`StanceEstimator::bound_work`] ends a tick after a number of multiplications, without
+//! 40 ms median, 66 ms at most (`--profile dev`, beside much other work). Where time counts, [`StanceEstimator::bound_work`] ends a tick after a number of multiplications, without
 //! allocating; the pose is then the last tick's, and the next tick tries again. The same 80 ticks, 1512 tets:
 //!
 //! | millions of multiplications | longest tick, ms | of them solved | of 199 ticks of walking solved |

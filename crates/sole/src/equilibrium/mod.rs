@@ -34,7 +34,10 @@ use std::sync::Arc;
 pub(crate) enum End {
     Converged,
     Unstable,
+    /// Out of iterations, or nowhere to go, with states that fit the pose.
     Stopped,
+    /// The same, with states that did not.
+    Circling,
 }
 
 /// Limits of the Newton iteration.

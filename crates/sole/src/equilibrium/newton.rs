@@ -62,7 +62,7 @@ impl Equilibrium {
                 before = None;
             }
         }
-        End::Stopped
+        if settled { End::Stopped } else { End::Circling }
     }
 
     /// Twist and acceleration of the sole's origin by implicit differentiation, at frozen references and states. Call after a

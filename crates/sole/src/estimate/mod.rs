@@ -49,7 +49,7 @@ const CONTINUATION_ITERATIONS: usize = 25;
 const CONTINUATION_FIRST: f64 = 0.25;
 const CONTINUATION_LAST: f64 = 1.0 / 1024.0;
 /// Smallest step in which the pose alone is iterated where points' states run in circles. Of the 1920 first ticks that
-/// `examples/hard_cases.rs` ends with 71 are unsolved without that, 25 with it. In all steps it finds two more, but a fold, which nothing
+/// `examples/hard_cases.rs` ends with 71 are unsolved without that, 24 with it. In all steps it finds two more, but a fold, which nothing
 /// passes, then costs up to 300 contact problems.
 const CONTINUATION_ON_POSE: f64 = 1.0 / 32.0;
 
@@ -295,7 +295,7 @@ impl StanceEstimator {
             let wanted = from.between(target, next);
             let before = self.equilibrium.pose.rotation;
             let mut end = self.equilibrium.newton(&wanted, &limits, false);
-            if end != End::Converged && step >= CONTINUATION_ON_POSE {
+            if end == End::Circling && step >= CONTINUATION_ON_POSE {
                 self.equilibrium.return_to_reached();
                 end = self.equilibrium.newton_on_pose(&wanted, &limits);
             }
