@@ -73,7 +73,8 @@ pub struct ActiveConstraint {
     pub id: ConstraintId,
     /// At which side.
     pub side: Side,
-    /// Its multiplier: how much the objective would fall per unit of widening.
+    /// Its multiplier, positive at the upper side, negative at the lower: its size is how much the objective would fall per
+    /// unit of widening.
     pub multiplier: f64,
 }
 

@@ -290,3 +290,38 @@ fn the_iteration_limit_stops_the_solver_with_residuals_that_say_so() {
     solver.solve(&problem);
     assert_eq!(solver.solve(&problem).report.status, Status::Solved);
 }
+
+#[test]
+fn the_iteration_limit_counts_rows_that_leave_while_one_is_taken_up() {
+    let n = 10;
+    let mut problem = Problem::new(Size { variables: n, equalities: 0, inequalities: 1 });
+    problem.c = DVector::from_fn(n, |i, _| 1.0 + i as f64);
+    problem.lb.fill(0.0);
+    problem.C.fill(1.0);
+    let settings = ActiveSetSettings { iterations_max: 4, ..ActiveSetSettings::default() };
+    let mut solver = ActiveSet::new(problem.size(), settings);
+    let all: Vec<Active> = (0..n).map(|i| Active { row: Row::Bound(i), side: Side::Lower }).collect();
+    solver.guess(&all);
+    assert_eq!(solver.solve(&problem).report.iterations, 0, "the guess is the solution");
+    // Each bound leaves at another length of the one step in which the row is taken up.
+    problem.l[0] = 1000.0;
+    let outcome = solver.solve(&problem);
+    assert_eq!((outcome.report.status, outcome.report.iterations), (Status::IterationLimit, 4));
+    let mut patient = active_set(&problem);
+    patient.guess(&all);
+    let outcome = patient.solve(&problem);
+    assert_eq!((outcome.report.status, outcome.active.len()), (Status::Solved, 1));
+}
+
+#[test]
+fn a_solver_that_forgets_starts_cold() {
+    let n = 6;
+    let mut problem = Problem::new(Size { variables: n, equalities: 0, inequalities: 0 });
+    problem.c.fill(5.0);
+    problem.lb.fill(0.0);
+    let mut solver = active_set(&problem);
+    assert_eq!(solver.solve(&problem).report.iterations, n as u32);
+    assert_eq!(solver.solve(&problem).report.iterations, 0, "warm");
+    solver.forget();
+    assert_eq!(solver.solve(&problem).report.iterations, n as u32, "cold");
+}

@@ -77,12 +77,13 @@ fn rows_with_equal_sides_are_equalities_and_fixed_unknowns_stay() {
 
 #[test]
 fn infeasible_programs_are_found_infeasible_and_the_multipliers_prove_it() {
-    let mut problem = Problem::new(Size { variables: 3, equalities: 1, inequalities: 2 });
-    problem.A = unit_row(3, 0, 1.0);
+    let mut problem = Problem::new(Size { variables: 4, equalities: 1, inequalities: 2 });
+    problem.A = unit_row(4, 0, 1.0);
     problem.b[0] = 1.0;
-    problem.C = DMatrix::from_row_slice(2, 3, &[1.0, 1.0, 0.0, 0.0, 1.0, 2.0]);
+    problem.C = DMatrix::from_row_slice(2, 4, &[1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 0.0]);
     (problem.l[0], problem.u[1]) = (4.0, 1.0);
     problem.lb[2] = 0.0;
+    (problem.c[3], problem.lb[3]) = (5.0, 0.0); // pressed against its bound, but no part of the conflict
     // x0 = 1, x0 + x1 >= 4, x1 + 2 x2 <= 1, x2 >= 0: x1 >= 3 and x1 <= 1.
     for (name, mut solver) in backends(&problem) {
         let report = solver.solve(&problem).report.clone();

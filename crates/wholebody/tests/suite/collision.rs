@@ -2,10 +2,12 @@
 
 use crate::support::watch::{Turns, Watch};
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
+use gait::GaitSettings;
 use parry3d_f64::math::{Pose3, Vec3 as ParryVec};
 use parry3d_f64::query;
 use parry3d_f64::shape::Capsule as ParryCapsule;
-use spatial::{Twist, Vec3};
+use pattern::Side;
+use spatial::{Twist, Vec3, so3};
 use std::collections::BTreeSet;
 use wholebody::{
     Capsule, FootTarget, LinkCapsule, ProposalSettings, SMOOTHING_M, Verdict, WholeBody, propose_pairs, proximity,
@@ -123,12 +125,19 @@ fn the_witness_points_pass_through_parallel_without_a_jump() {
 /// slid from heel to toe.
 const TURNS_MAX: usize = 6;
 
-/// A swinging foot whose target is moved inwards. Every limit is checked at every tick, the safety distance among them.
-fn sent_inwards(by_m: f64) -> (Watch, Vec<f64>) {
+/// Time in which a foot is turned (s).
+const TURNING_S: f64 = 0.5;
+
+/// A swinging foot whose target is moved and turned inwards. Every limit is checked at every tick, the safety distance among
+/// them.
+fn sent_inwards(first: Side, by_m: f64, turned_rad: f64) -> (Watch, Vec<f64>) {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let settings = settings(&robot, &model);
-    let plan = Walk::straight(1);
+    let walk = gait::Walk::Straight { swings: 1, step_length_m: 0.05 };
+    let mut gait = GaitSettings { walk, ..GaitSettings::default() };
+    gait.start.first_swing = first;
+    let plan = Walk::plan(&gait);
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let mut state = start(body.model(), body.settings(), &plan.reference(0.0));
     let mut watch = Watch::new(&body);
@@ -140,6 +149,8 @@ fn sent_inwards(by_m: f64) -> (Watch, Vec<f64>) {
                 let inwards = if foot == 0 { -1.0 } else { 1.0 };
                 let mut pose = reference.feet[foot].ankle_pose;
                 pose.translation.y += inwards * by_m;
+                let part = (distances.len() as f64 * PERIOD_S / TURNING_S).min(1.0);
+                pose.rotation = so3::about_z(inwards * part * turned_rad) * pose.rotation;
                 reference.feet[foot] = FootTarget { ankle_twist: Twist::zero(), ..FootTarget::hanging(pose) };
             }
             None if distances.is_empty() => {}
@@ -157,7 +168,7 @@ fn sent_inwards(by_m: f64) -> (Watch, Vec<f64>) {
 
 #[test]
 fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
-    let (watch, distances) = sent_inwards(0.07);
+    let (watch, distances) = sent_inwards(Side::Right, 0.07, 0.0);
     let safety = 0.01;
     assert!(watch.collision_bound > 100, "the damper is what stops it: {}", watch.figures());
     assert!(watch.distance_min_m < safety + 1e-3, "{}", watch.figures());
@@ -169,6 +180,16 @@ fn a_foot_sent_into_the_other_stops_at_the_safety_distance_without_chatter() {
     let last = &distances[distances.len() - 40..];
     let spread = last.iter().copied().fold(0.0, f64::max) - last.iter().copied().fold(f64::INFINITY, f64::min);
     assert!(spread < 1e-3, "held still at the end: {spread} m");
+}
+
+#[test]
+fn a_foot_turned_into_the_other_stops_at_the_safety_distance_whichever_foot_it_is() {
+    for first in [Side::Left, Side::Right] {
+        let (watch, _) = sent_inwards(first, 0.0, 0.35);
+        assert!(watch.collision_bound > 50, "{first:?}: the damper is what stops it: {}", watch.figures());
+        assert!(watch.distance_min_m < 0.015, "{first:?}: half as near as in a walk: {}", watch.figures());
+        assert!(watch.turns() <= TURNS_MAX, "{first:?}: {}", watch.figures());
+    }
 }
 
 fn half_sitting(robot: &robot::Robot, model: &multibody::Model) -> multibody::Configuration {

@@ -83,6 +83,60 @@ fn a_row_that_gives_way_again_and_again_is_reported_once_with_the_whole_amount()
 }
 
 #[test]
+fn all_widenings_of_a_row_together_stay_within_its_allowance() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let plan = Walk::straight(1);
+    let relaxed = |share: f64, allow: &dyn Fn(&mut wholebody::RelaxationSettings)| {
+        let mut settings = settings(&robot, &model);
+        settings.constraints.acceleration_max_rad_per_s2 = 1.0;
+        settings.constraints.braking_rad_per_s2 = 1.0;
+        settings.constraints.torque_fraction = 0.05;
+        allow(&mut settings.relaxation);
+        let mut body = WholeBody::new(model.clone(), settings).expect("settings fit the model");
+        let mut reference = plan.reference(0.0);
+        let state = start(body.model(), body.settings(), &reference);
+        reference.feet.iter_mut().for_each(|foot| foot.load_share = share);
+        body.step(&state, &reference, PERIOD_S).relaxed.clone()
+    };
+    let mut again = 0;
+    for share in [0.0, 0.05, 0.2, 0.4] {
+        for widened in relaxed(share, &|_| {}).into_iter().filter(|relaxed| relaxed.times > 1) {
+            // A little less than it took: the last attempt has to leave something.
+            let allowance = 0.9 * widened.amount;
+            let with_less = match widened.id.limit() {
+                Some(Limit::Load) => relaxed(share, &|relaxation| relaxation.load_n = allowance),
+                Some(Limit::JointMotion) => {
+                    relaxed(share, &|relaxation| relaxation.joint_motion_rad_per_s2 = allowance)
+                }
+                _ => continue,
+            };
+            let same_kind = with_less.iter().filter(|relaxed| relaxed.id.limit() == widened.id.limit());
+            same_kind.for_each(|relaxed| assert!(relaxed.amount <= allowance, "{relaxed:?} of {allowance}"));
+            again += 1;
+        }
+    }
+    assert!(again > 0, "some row came up again");
+}
+
+#[test]
+fn a_held_robot_brakes_no_harder_than_its_joints_can_count_on() {
+    let robot = robot();
+    let model = model(&robot, Joints::Legs);
+    let settings = settings(&robot, &model);
+    let mut reference = Walk::straight(1).reference(0.0);
+    let mut state = start(&model, &settings, &reference);
+    let (braking, base) = (settings.constraints.braking_rad_per_s2, model.base_dofs());
+    (state.v[base], state.v[base + 1], state.v[base + 2]) = (8.0, -8.0, 0.5);
+    reference.com_position.x = f64::NAN;
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let report = body.step(&state, &reference, PERIOD_S);
+    assert_eq!(report.status, StepStatus::Held);
+    let accelerations = [0, 1, 2].map(|i| report.acceleration[base + i]);
+    assert_eq!(accelerations, [-braking, braking, -5.0], "0.5 rad/s die away in 0.1 s");
+}
+
+#[test]
 fn the_later_a_limit_is_to_give_way_the_higher_its_rank() {
     let mut settings = WholeBodySettings::new(["l_ankle", "r_ankle"], "body").relaxation;
     settings.order = vec![Limit::Contact, Limit::Load];
@@ -118,6 +172,10 @@ fn joints_give_way_before_contacts_and_an_absurd_demand_is_named_whatever_comes_
     assert_ne!(report.status, StepStatus::Solved);
     assert!(report.contradiction.iter().any(|id| matches!(id, ConstraintId::Contact { axis: 2, .. })));
     assert!(report.acceleration.iter().all(|a| a.is_finite()));
+    // The next step says nothing of what has passed.
+    reference.feet[0].ankle_acceleration.linear.z = 0.0;
+    let report = body.step(&state, &reference, PERIOD_S);
+    assert_eq!((report.status, report.relaxed.len(), report.contradiction.len()), (StepStatus::Solved, 0, 0));
 }
 
 #[test]

@@ -116,3 +116,24 @@ fn a_walk_too_hurried_for_half_of_the_speeds_still_keeps_every_limit() {
         assert!(watch.turns() <= 2 * TURNS_MAX, "{}", watch.figures());
     }
 }
+
+#[test]
+fn what_a_foot_may_carry_vanishes_with_its_share_and_it_carries_no_more() {
+    let mut body = body(|_| {});
+    let weight_n = body.model().total_mass_kg() * body.model().gravity().norm();
+    let plan = Walk::straight(1);
+    let state = start(body.model(), body.settings(), &plan.reference(0.0));
+    let margin = body.settings().constraints.load_margin;
+    for share in [0.0, 1e-3, 0.1, 0.15, 0.3, 0.5] {
+        let mut reference = plan.reference(0.0);
+        // Planned is half of the weight on each foot: the limit is what keeps it from the left one.
+        reference.feet[0].load_share = share;
+        let report = body.step(&state, &reference, PERIOD_S);
+        let most = (share + share.min(margin)) * weight_n;
+        assert!((report.feet[0].load_max_n - most).abs() < 1e-9, "{share}: {} N", report.feet[0].load_max_n);
+        assert!((report.feet[1].load_max_n - (0.5 + margin) * weight_n).abs() < 1e-9);
+        let load = report.feet[0].wrench.force.z;
+        assert!(load < most + 1e-6, "{share}: {load} N of {most} N");
+        assert!(most > 0.4 * weight_n || load > most - 1e-6, "{share}: it carries what it may: {load} N of {most} N");
+    }
+}

@@ -125,3 +125,66 @@ fn a_step_with_a_weight_on_the_torques_needs_less_and_less_of_them() {
         last = now;
     }
 }
+
+/// Step of the differences (s): they err by it times the jerk, some hundred m/s³.
+const DIFFERENCE_S: f64 = 1e-6;
+/// (m/s², rad/s²)
+const DIFFERENCE_ERROR: f64 = 1e-2;
+
+#[test]
+fn reported_residuals_are_what_the_motion_lacks_by_differences_of_the_velocities() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let settings = settings(&robot, &model);
+    let mut reference = Walk::straight(1).reference(0.0);
+    let mut state = start(&model, &settings, &reference);
+    // Everything moves and turns, so that no term of the second derivatives vanishes; both feet swing.
+    for (i, v) in state.v.iter_mut().enumerate() {
+        *v = 1.5 * (1.0 + 7.0 * i as f64).sin();
+    }
+    for foot in &mut reference.feet {
+        *foot = FootTarget::hanging(foot.ankle_pose);
+    }
+    let mut body = WholeBody::new(model.clone(), settings.clone()).expect("settings fit the model");
+    let report = body.step(&state, &reference, PERIOD_S).clone();
+    assert_eq!(report.status, StepStatus::Solved, "{:?}", report.contradiction);
+    let now = body.terms().clone();
+    let increment = DIFFERENCE_S * (&state.v + 0.5 * DIFFERENCE_S * &report.acceleration);
+    let mut later = state.clone();
+    model.integrate(&state.q, &increment, &mut later.q);
+    later.v += DIFFERENCE_S * &report.acceleration;
+    body.step(&later, &reference, PERIOD_S);
+    let then = body.terms();
+
+    let tasks = &settings.tasks;
+    let lacking = |before: Vec3, after: Vec3, error: Vec3, gains: Gains| {
+        let kp = gains.stiffness.min(0.25 / (PERIOD_S * PERIOD_S));
+        let desired = kp * error - 2.0 * kp.sqrt() * before;
+        ((after - before) / DIFFERENCE_S - desired).amax()
+    };
+    let mut expected = vec![(TaskId::Com, {
+        let error = reference.com_position - now.com;
+        lacking(now.com_velocity, then.com_velocity, error, tasks.com)
+    })];
+    let frames = now.frames.iter().zip(&then.frames);
+    for (k, (before, after)) in frames.take(3).enumerate() {
+        let target = reference.feet.get(k).map(|foot| foot.ankle_pose);
+        let rotation = target.map_or(reference.torso_rotation, |pose| pose.rotation);
+        let error = spatial::so3::log(&(rotation * before.placement.rotation.transpose()));
+        let (id, gains) = match target {
+            Some(_) => (TaskId::SwingOrientation(k), tasks.swing_orientation),
+            None => (TaskId::Torso, tasks.torso),
+        };
+        expected.push((id, lacking(before.velocity.angular, after.velocity.angular, error, gains)));
+        if let Some(pose) = target {
+            let error = pose.translation - before.placement.translation;
+            let lack = lacking(before.velocity.linear, after.velocity.linear, error, tasks.swing_position);
+            expected.push((TaskId::SwingPosition(k), lack));
+        }
+    }
+    for (id, lack) in expected {
+        let task = report.tasks.iter().find(|task| task.id == id).expect("reported");
+        let difference = (task.residual - lack).abs();
+        assert!(difference < DIFFERENCE_ERROR, "{id:?}: {} reported, {lack} by differences", task.residual);
+    }
+}

@@ -164,4 +164,75 @@ fn every_cost_term_is_reported_and_the_program_can_be_solved_again() {
     let (a, b) = (outcome.report.objective, again.report.objective);
     assert!((a - b).abs() < 1e-6 * a.abs().max(1.0), "a dumped program is solved again: {a} {b}");
     assert!((again.report.x.rows(0, report.acceleration.len()) - &report.acceleration).amax() < 1e-9);
+    let nv = report.acceleration.len();
+    let intensities = again.report.x.rows(nv, again.report.x.len() - nv);
+    let damping = report.tasks.iter().find(|task| task.id == TaskId::Damping).expect("reported").cost;
+    let expected = body.settings().tasks.intensity_damping * intensities.norm_squared();
+    assert!((damping - expected).abs() < 1e-9 * expected, "{damping} {expected}");
+}
+
+#[test]
+fn errors_of_the_body_and_of_the_contacts_are_those_of_the_state_and_corners_carry_the_wrench() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let settings = settings(&robot, &model);
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let mut reference = Walk::straight(1).reference(0.0);
+    let state = crate::support::start(body.model(), body.settings(), &reference);
+    let (com_m, torso_rad, contact_m, contact_rad) = (1e-4, 2e-4, 3e-5, 4e-5);
+    reference.com_position.x += com_m;
+    reference.torso_rotation = spatial::so3::about_z(torso_rad) * reference.torso_rotation;
+    reference.feet[1].ankle_pose.translation.y -= contact_m;
+    reference.feet[1].ankle_pose.rotation = spatial::so3::about_x(contact_rad) * reference.feet[1].ankle_pose.rotation;
+    // The load of each foot is planned to be in front and on its left.
+    for foot in &mut reference.feet {
+        foot.zmp += nalgebra::Vector2::new(0.03, 0.01);
+    }
+    let report = body.step(&state, &reference, PERIOD_S).clone();
+    assert_eq!(report.status, StepStatus::Solved, "{:?}", report.contradiction);
+    let found = [
+        (report.body_error[0], com_m),
+        (report.body_error[5], torso_rad),
+        (report.contact_errors[1].position_m, contact_m),
+        (report.contact_errors[1].orientation_rad, contact_rad),
+        (report.contact_errors[0].position_m, 0.0),
+    ];
+    found.iter().for_each(|(found, expected)| assert!((found - expected).abs() < 1e-9, "{found} {expected}"));
+    for (id, error) in [(TaskId::Com, com_m), (TaskId::Torso, torso_rad)] {
+        let task = report.tasks.iter().find(|task| task.id == id).expect("reported");
+        assert!((task.tracking_error - error).abs() < 1e-9, "{task:?}");
+    }
+    // Moments of the corners' forces about the ankle, at the corners of the sole on the ground.
+    let sole = body.settings().sole;
+    for (foot, (force, target)) in report.feet.iter().zip(&reference.feet).enumerate() {
+        let ankle_in_sole = body.settings().feet[foot].ankle_in_sole_m;
+        let ankle = body.terms().frames[foot].placement;
+        let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]; // front left, front right, rear right, rear left
+        let moment = signs.iter().zip(&force.corners).fold(spatial::Vec3::zeros(), |sum, ((x, y), corner)| {
+            let at = spatial::Vec3::new(0.5 * x * sole.length_m, 0.5 * y * sole.width_m, 0.0) - ankle_in_sole;
+            let mut lever = ankle.rotation * at;
+            lever.z = -ankle.translation.z;
+            sum + lever.cross(corner)
+        });
+        assert!((moment - force.wrench.moment).amax() < 1e-9, "{moment} {}", force.wrench.moment);
+        assert!(target.in_contact && force.wrench.force.z > 50.0);
+    }
+}
+
+#[test]
+fn what_is_forgotten_has_to_be_found_again() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let mut settings = settings(&robot, &model);
+    settings.constraints.torque_fraction = 0.16; // so that something has to be found
+    let mut body = WholeBody::new(model, settings).expect("settings fit the model");
+    let plan = Walk::straight(1);
+    let state = crate::support::start(body.model(), body.settings(), &plan.reference(0.0));
+    let reference = plan.reference(1.2);
+    let first = body.step(&state, &reference, PERIOD_S).iterations;
+    assert!(first > 0);
+    assert_eq!(body.step(&state, &reference, PERIOD_S).iterations, 0, "the same again is known");
+    body.forget();
+    assert!(body.last_program().is_none());
+    assert_eq!(body.step(&state, &reference, PERIOD_S).iterations, first);
 }

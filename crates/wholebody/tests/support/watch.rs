@@ -2,6 +2,7 @@
 
 use super::PERIOD_S;
 use nalgebra::DVector;
+use qp::dense::Side;
 use std::collections::VecDeque;
 use wholebody::{ConstraintId, StepReport, StepStatus, WholeBody, WholeBodyReference};
 
@@ -171,6 +172,15 @@ impl Watch {
             assert!(q > self.lower[i] - ROUNDING && q < self.upper[i] + ROUNDING, "tick {tick} joint {i}: {q} rad");
             assert!(v.abs() < self.speed[i] + ROUNDING, "tick {tick} joint {i}: {v} rad/s");
             assert!(tau.abs() < self.torque[i] + FORCE_ROUNDING, "tick {tick} joint {i}: {tau} N m");
+            for active in report.active.iter().filter(|active| active.id == ConstraintId::Torque(i)) {
+                let side = if tau > 0.0 { Side::Upper } else { Side::Lower };
+                assert!(
+                    (tau.abs() - self.torque[i]).abs() < FORCE_ROUNDING,
+                    "tick {tick} joint {i}: {tau} N m is no limit"
+                );
+                assert_eq!(active.side, side, "tick {tick} joint {i}: {tau} N m");
+                assert!(active.multiplier * tau >= 0.0, "tick {tick} joint {i}: {active:?} presses inwards");
+            }
             self.torque_used = self.torque_used.max(tau.abs() / self.torque[i]);
             self.speed_used = self.speed_used.max(v.abs() / self.speed[i]);
             self.torques[i].push(tau, TURN * self.torque[i]);

@@ -584,3 +584,32 @@ fn scrambled(value: u64) -> u64 {
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
     z ^ (z >> 31)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_that_returns_raises_the_tolerance_until_the_next_program() {
+        let problem = Problem::new(Size { variables: 3, equalities: 0, inequalities: 2 });
+        let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
+        let (lower, upper, other) =
+            (Held { row: 1, sign: 1.0 }, Held { row: 1, sign: -1.0 }, Held { row: 4, sign: 1.0 });
+        let mut raised = |held: &[Held]| {
+            solver.held = held.to_vec();
+            solver.notice_return();
+            solver.loosening
+        };
+        assert_eq!(raised(&[lower]), 1.0);
+        assert_eq!(raised(&[upper]), 1.0, "the other side is another set");
+        assert_eq!(raised(&[upper, other]), 1.0);
+        assert_eq!(raised(&[other, upper]), 10.0, "in another order it is the same set");
+        assert_eq!(raised(&[lower]), 1.0 * 10.0, "what was before the tolerance was raised does not count");
+        for _ in 0..20 {
+            raised(&[lower]);
+        }
+        assert_eq!(raised(&[lower]), LOOSENING_MAX);
+        solver.solve(&problem);
+        assert_eq!(solver.loosening, 1.0);
+    }
+}
