@@ -4,6 +4,7 @@
 
 mod mistakes;
 mod programs;
+mod replay;
 mod same_numbers;
 mod soles;
 mod stops;

@@ -68,6 +68,7 @@
 
 mod arguments;
 mod failure;
+mod processor;
 mod program;
 mod real_time;
 mod shell;
@@ -76,6 +77,7 @@ mod system;
 
 pub use arguments::{Arguments, LogFormat};
 pub use failure::Failure;
+pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
 pub use real_time::{Pacer, Policy, clock_monotonic_ns};
 pub use shell::Shell;

@@ -36,6 +36,7 @@ impl Program for RecorderProcess {
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
         let facts = [
             ("version", node::VERSION.to_string()),
+            ("vector_instructions", node::vector_instructions()),
             ("domain", shell.domain().name().to_string()),
             ("pace", if shell.real_time() { "real time" } else { "lock-step" }.to_string()),
             ("log_time", "control time: tick x 5 ms".to_string()),

@@ -81,7 +81,20 @@ const MAY_USE: [(&str, &[&str]); 30] = [
         ],
     ),
     ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "robot_model", "scenario"]),
-    ("soleus-replayer", &["closed_loop", "messages", "node", "recording", "robot", "scenario"]),
+    (
+        "soleus-replayer",
+        &[
+            "messages",
+            "node",
+            "recording",
+            "scenario",
+            "soles",
+            "soleus-controller",
+            "soleus-estimator",
+            "soleus-planner",
+            "soleus-simulator",
+        ],
+    ),
     // Compositions.
     (
         "closed_loop",

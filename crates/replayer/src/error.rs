@@ -1,0 +1,88 @@
+//! What keeps a recording from being replayed.
+
+use messages::PatternRefused;
+use messages::code::Process;
+use std::error::Error;
+use std::path::PathBuf;
+
+/// A recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] recording::ReadError),
+    /// It was not made in lock-step: which message a step had is then not in it.
+    #[error("recorded at pace `{found}`: only runs in lock-step can be replayed")]
+    Pace {
+        /// What the recording says; `?` if nothing.
+        found: String,
+    },
+    /// A topic that the process listens to is not in it.
+    #[error("no `{topic}` in the recording: the {process} cannot be run without it")]
+    Missing {
+        /// Which.
+        topic: &'static str,
+        /// Who needs it.
+        process: Process,
+    },
+    /// Messages of a topic were lost.
+    #[error(
+        "`{topic}`: {lost} message(s) before tick {tick} are not in the recording: record again; in lock-step nothing is lost"
+    )]
+    Gap {
+        /// Which.
+        topic: &'static str,
+        /// The first message after the gap.
+        tick: i64,
+        /// How many are missing.
+        lost: i64,
+    },
+    /// The publisher of a topic was started anew in the middle.
+    #[error("`{topic}`: tick {tick} comes after tick {before}: its process was restarted, which cannot be replayed")]
+    Restart {
+        /// Which.
+        topic: &'static str,
+        /// The later message.
+        tick: i64,
+        /// The one before it.
+        before: i64,
+    },
+    /// A file that belongs to the run was not attached.
+    #[error("`{name}` is not attached to the recording: name the process's configuration with --config")]
+    NotAttached {
+        /// Its name in the recording.
+        name: String,
+    },
+    /// Its files cannot be put where the process reads them.
+    #[error("cannot write {}", path.display())]
+    Unpack {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The configuration cannot be read.
+    #[error(transparent)]
+    Configuration(#[from] scenario::ConfigError),
+    /// The process cannot be built from its configuration.
+    #[error("the {process} cannot be built")]
+    Build {
+        /// Which.
+        process: Process,
+        /// Why.
+        source: Box<dyn Error + Send + Sync>,
+    },
+    /// The recorded messages are of another robot than the process was built for.
+    #[error(
+        "the recorded messages are of robot {recorded:016x}, the robot of the configuration is {configured:016x}: its folder or sole has changed since"
+    )]
+    OtherRobot {
+        /// Fingerprint in the messages.
+        recorded: u64,
+        /// Fingerprint of what was built.
+        configured: u64,
+    },
+    /// The pattern of the recording is not taken.
+    #[error("the recorded pattern is refused")]
+    Pattern(#[from] PatternRefused),
+}

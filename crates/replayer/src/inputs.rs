@@ -1,0 +1,133 @@
+//! The messages of a recording, by tick, complete or refused.
+
+use crate::error::ReplayError;
+use messages::code::Process;
+use messages::{
+    Message, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Topic, Truth,
+    WalkStart, topic,
+};
+use recording::Recording;
+use std::collections::BTreeMap;
+
+/// The messages of a topic by tick.
+#[derive(Debug, Clone)]
+pub struct Messages<T> {
+    topic: &'static str,
+    by_tick: BTreeMap<i64, T>,
+}
+
+impl<T: Message> Messages<T> {
+    /// Reads a topic of which any message may be missing.
+    fn some(recording: &Recording, topic: Topic<T>) -> Result<Self, ReplayError> {
+        let mut by_tick = BTreeMap::new();
+        for message in recording.messages(topic)? {
+            let tick = message.header().tick;
+            if let Some((&before, _)) = by_tick.last_key_value()
+                && before >= tick
+            {
+                return Err(ReplayError::Restart { topic: topic.name(), tick, before });
+            }
+            by_tick.insert(tick, message);
+        }
+        Ok(Self { topic: topic.name(), by_tick })
+    }
+
+    /// That no tick is missing from `first` to the last.
+    fn complete_from(self, first: i64) -> Result<Self, ReplayError> {
+        let mut expected = first;
+        for &tick in self.by_tick.keys() {
+            if tick != expected {
+                return Err(ReplayError::Gap { topic: self.topic, tick, lost: tick - expected });
+            }
+            expected += 1;
+        }
+        Ok(self)
+    }
+
+    /// That there is any.
+    fn needed_by(self, process: Process) -> Result<Self, ReplayError> {
+        if self.by_tick.is_empty() { Err(ReplayError::Missing { topic: self.topic, process }) } else { Ok(self) }
+    }
+
+    /// The message of a tick.
+    #[must_use]
+    pub fn at(&self, tick: i64) -> Option<&T> {
+        self.by_tick.get(&tick)
+    }
+
+    /// The messages in the order of their ticks.
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
+        self.by_tick.values()
+    }
+
+    /// The topic's name.
+    #[must_use]
+    pub fn topic(&self) -> &'static str {
+        self.topic
+    }
+}
+
+/// Everything that was said in a run.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The walk; `None` if it was refused or never planned.
+    pub pattern: Option<(PatternHeader, Vec<PatternPhase>)>,
+    /// Time zero, at the tick at which it was decided.
+    pub starts: Messages<WalkStart>,
+    /// What the robot measured, from tick -1 on.
+    pub states: Messages<RobotState>,
+    /// What the soles did, from tick -1 on.
+    pub deformations: Messages<SoleDeformation>,
+    /// Node by node; not of every tick.
+    pub contacts: Messages<SoleContact>,
+    /// What the robot was told, from tick -1 on.
+    pub commands: Messages<RobotCommand>,
+    /// What really was, from tick 0 on.
+    pub truths: Messages<Truth>,
+}
+
+/// The tick of the first state: the robot before it stands.
+const FIRST_TICK: i64 = -1;
+
+impl Inputs {
+    /// Takes the messages of a run out of its recording; those that the process listens to must be complete.
+    ///
+    /// # Errors
+    /// What cannot be read, was not recorded in lock-step, or is missing.
+    pub fn of(recording: &Recording, process: Process) -> Result<Self, ReplayError> {
+        let pace = recording.facts()?.remove("pace");
+        if pace.as_deref() != Some("lock-step") {
+            return Err(ReplayError::Pace { found: pace.unwrap_or_else(|| "?".to_string()) });
+        }
+        let mut inputs = Self {
+            pattern: recording.patterns()?.into_iter().next(),
+            starts: Messages::some(recording, topic::WALK_START)?,
+            states: Messages::some(recording, topic::ROBOT_STATE)?,
+            deformations: Messages::some(recording, topic::SOLE_DEFORMATION)?,
+            contacts: Messages::some(recording, topic::SOLE_CONTACT)?,
+            commands: Messages::some(recording, topic::ROBOT_COMMAND)?,
+            truths: Messages::some(recording, topic::TRUTH_ROBOT)?,
+        };
+        match process {
+            Process::Estimator => inputs.states = inputs.states.needed_by(process)?.complete_from(FIRST_TICK)?,
+            Process::Controller => {
+                inputs.states = inputs.states.needed_by(process)?.complete_from(FIRST_TICK)?;
+                inputs.deformations = inputs.deformations.needed_by(process)?.complete_from(FIRST_TICK)?;
+            }
+            Process::Simulator => {
+                inputs.commands = inputs.commands.needed_by(process)?.complete_from(FIRST_TICK)?;
+            }
+            Process::Planner | Process::Recorder | Process::Launcher => {}
+        }
+        Ok(inputs)
+    }
+
+    /// The recorded walk.
+    ///
+    /// # Errors
+    /// [`ReplayError::Missing`] if there is none.
+    pub fn pattern_for(&self, process: Process) -> Result<(&PatternHeader, &[PatternPhase]), ReplayError> {
+        let pattern = self.pattern.as_ref().map(|(header, phases)| (header, phases.as_slice()));
+        pattern.ok_or(ReplayError::Missing { topic: topic::WALK_PATTERN.name(), process })
+    }
+}

@@ -1,0 +1,60 @@
+//! What a replayed process says, as a recording of its own.
+
+use crate::replay::Said;
+use messages::topic;
+use recording::{Recording, RunInfo, ViewerSettings, WriteError, Writer};
+use std::path::{Path, PathBuf};
+
+/// A recording of what is said anew, under the topics of the run and with its files.
+pub struct Keeper {
+    writer: Writer,
+    failure: Option<WriteError>,
+}
+
+impl Keeper {
+    /// Begins it.
+    ///
+    /// # Errors
+    /// If the file cannot be made.
+    pub fn create(path: &Path, info: &RunInfo) -> Result<Self, WriteError> {
+        Ok(Self { writer: Writer::create(path, info, ViewerSettings::default())?, failure: None })
+    }
+
+    /// Stores what is said; the first failure is kept for [`finish`](Self::finish).
+    pub fn store(&mut self, said: &Said) {
+        let writer = &mut self.writer;
+        let result = match said {
+            Said::Pattern(header, phases) => writer.record_pattern(header, phases),
+            Said::Start(start) => writer.record(topic::WALK_START, *start),
+            Said::State(state) => writer.record(topic::ROBOT_STATE, *state),
+            Said::Deformation(deformation) => writer.record(topic::SOLE_DEFORMATION, *deformation),
+            Said::Contact(contact) => writer.record(topic::SOLE_CONTACT, *contact),
+            Said::Command(command) => writer.record(topic::ROBOT_COMMAND, *command),
+            Said::Truth(truth) => writer.record(topic::TRUTH_ROBOT, *truth),
+        };
+        if let Err(failure) = result {
+            self.failure.get_or_insert(failure);
+        }
+    }
+
+    /// Writes the index; the file has its name then.
+    ///
+    /// # Errors
+    /// The first thing that could not be written.
+    pub fn finish(self) -> Result<PathBuf, WriteError> {
+        match self.failure {
+            Some(failure) => Err(failure),
+            None => self.writer.finish(),
+        }
+    }
+}
+
+/// What the recording of a replay says about itself: the run's facts and files, and how it came to be.
+///
+/// # Errors
+/// If the run's recording is damaged.
+pub fn replayed_info(of: &Recording, facts: &[(&str, String)]) -> Result<RunInfo, recording::ReadError> {
+    let mut info = RunInfo { facts: of.facts()?, files: of.files()? };
+    info.facts.extend(facts.iter().map(|(key, value)| (format!("replay {key}"), value.clone())));
+    Ok(info)
+}

@@ -1,0 +1,229 @@
+//! The processes on recorded inputs.
+
+use crate::compare::Comparison;
+use crate::error::ReplayError;
+use crate::inputs::Inputs;
+use controller::{ControllerProcess, ControllerSettings};
+use estimator::{EstimatorProcess, EstimatorSettings};
+use messages::code::Process;
+use messages::{
+    Header, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart,
+    topic,
+};
+use planner::PlannerSettings;
+use scenario::Config;
+use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
+use soles::Store;
+use std::error::Error;
+
+/// The processes that can be run again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Replayable {
+    /// Configuration to pattern.
+    Planner,
+    /// States to deformations.
+    Estimator,
+    /// States and deformations to commands.
+    Controller,
+    /// Commands to states.
+    Simulator,
+}
+
+impl From<Replayable> for Process {
+    fn from(replayable: Replayable) -> Self {
+        match replayable {
+            Replayable::Planner => Self::Planner,
+            Replayable::Estimator => Self::Estimator,
+            Replayable::Controller => Self::Controller,
+            Replayable::Simulator => Self::Simulator,
+        }
+    }
+}
+
+/// What a process says as it is run again, for whoever wants to keep it.
+#[derive(Debug)]
+pub enum Said<'a> {
+    /// The walk.
+    Pattern(&'a PatternHeader, &'a [PatternPhase]),
+    /// Time zero.
+    Start(&'a WalkStart),
+    /// What the robot measures.
+    State(&'a RobotState),
+    /// What the soles do.
+    Deformation(&'a SoleDeformation),
+    /// Node by node.
+    Contact(&'a SoleContact),
+    /// What the robot is told.
+    Command(&'a RobotCommand),
+    /// What really is.
+    Truth(&'a Truth),
+}
+
+/// Runs a process again on the inputs of a run and compares; `said` hears everything it says.
+///
+/// # Errors
+/// If the process cannot be built or the inputs are not for it.
+pub fn replay(
+    process: Replayable,
+    inputs: &Inputs,
+    config: &Config,
+    store: &mut Store,
+    said: &mut dyn FnMut(Said),
+) -> Result<Comparison, ReplayError> {
+    let mut comparison = Comparison::default();
+    match process {
+        Replayable::Planner => plan(inputs, config, &mut comparison, said)?,
+        Replayable::Estimator => estimate(inputs, config, store, &mut comparison, said)?,
+        Replayable::Controller => control(inputs, config, &mut comparison, said)?,
+        Replayable::Simulator => simulate(inputs, config, store, &mut comparison, said)?,
+    }
+    Ok(comparison)
+}
+
+fn plan(
+    inputs: &Inputs,
+    config: &Config,
+    comparison: &mut Comparison,
+    said: &mut dyn FnMut(Said),
+) -> Result<(), ReplayError> {
+    let settings: PlannerSettings = config.parse()?;
+    let planned = planner::plan(&settings).map_err(build(Process::Planner))?;
+    said(Said::Pattern(&planned.header, &planned.phases));
+    let name = topic::WALK_PATTERN.name();
+    let (header, phases) = inputs.pattern_for(Process::Planner)?;
+    comparison.message(name, Some(header), Some(&planned.header));
+    for index in 0..phases.len().max(planned.phases.len()) {
+        if let Some((then, now)) = comparison.both(name, phases.get(index), planned.phases.get(index)) {
+            comparison.value(name, index as i64, then, now);
+        }
+    }
+    Ok(())
+}
+
+fn estimate(
+    inputs: &Inputs,
+    config: &Config,
+    store: &mut Store,
+    comparison: &mut Comparison,
+    said: &mut dyn FnMut(Said),
+) -> Result<(), ReplayError> {
+    let settings: EstimatorSettings = config.parse()?;
+    let mut process = EstimatorProcess::with_store(&settings, store).map_err(build(Process::Estimator))?;
+    let (header, phases) = inputs.pattern_for(Process::Estimator)?;
+    same_robot(&header.header, process.robot_fingerprint())?;
+    process.take_pattern(header, phases)?;
+    for state in inputs.states.iter() {
+        let tick = state.header.tick;
+        let output = process.step(state);
+        if let Some(output) = &output {
+            said(Said::Deformation(&output.deformation));
+            said(Said::Contact(&output.contact));
+        }
+        // The answer to the last state may not have been waited for.
+        let then = inputs.deformations.at(tick);
+        if then.is_some() {
+            comparison.message(inputs.deformations.topic(), then, output.as_ref().map(|output| &output.deformation));
+        }
+        let then = inputs.contacts.at(tick);
+        if then.is_some() {
+            comparison.message(inputs.contacts.topic(), then, output.as_ref().map(|output| &output.contact));
+        }
+        // Decided on the answer to this state, heard before the next one.
+        if let Some(start) = inputs.starts.at(tick) {
+            process.take_start(start);
+        }
+    }
+    Ok(())
+}
+
+fn control(
+    inputs: &Inputs,
+    config: &Config,
+    comparison: &mut Comparison,
+    said: &mut dyn FnMut(Said),
+) -> Result<(), ReplayError> {
+    let settings: ControllerSettings = config.parse()?;
+    let mut process = ControllerProcess::new(&settings).map_err(build(Process::Controller))?;
+    let (header, phases) = inputs.pattern_for(Process::Controller)?;
+    same_robot(&header.header, process.robot_fingerprint())?;
+    process.take_pattern(header, phases)?;
+    for state in inputs.states.iter() {
+        let tick = state.header.tick;
+        // Without it the controller did not step: the last state of a run that was broken off.
+        let Some(deformation) = inputs.deformations.at(tick) else { break };
+        let then = inputs.commands.at(tick);
+        let output = match process.step(state, Some(deformation)) {
+            Ok(output) => output,
+            Err(cannot) => {
+                tracing::warn!("tick {tick}: {cannot}");
+                comparison.message(inputs.commands.topic(), then, None);
+                break;
+            }
+        };
+        let command = output.as_ref().map(|output| &output.command);
+        let start = output.as_ref().and_then(|output| output.start.as_ref());
+        start.map(Said::Start).into_iter().chain(command.map(Said::Command)).for_each(&mut *said);
+        if then.is_some() {
+            comparison.message(inputs.commands.topic(), then, command);
+        }
+        comparison.message(inputs.starts.topic(), inputs.starts.at(tick), start);
+    }
+    Ok(())
+}
+
+fn simulate(
+    inputs: &Inputs,
+    config: &Config,
+    store: &mut Store,
+    comparison: &mut Comparison,
+    said: &mut dyn FnMut(Said),
+) -> Result<(), ReplayError> {
+    let settings: SimulatorSettings = config.parse()?;
+    let mut process = SimulatorProcess::with_store(settings, store).map_err(build(Process::Simulator))?;
+    let mut compare = |comparison: &mut Comparison, state: &RobotState, truth: Option<&Truth>| {
+        said(Said::State(state));
+        comparison.message(inputs.states.topic(), inputs.states.at(state.header.tick), Some(state));
+        if let Some(truth) = truth {
+            said(Said::Truth(truth));
+            comparison.message(inputs.truths.topic(), inputs.truths.at(state.header.tick), Some(truth));
+        }
+    };
+    let mut commands = inputs.commands.iter();
+    let Some(placing) = commands.next() else { return Ok(()) };
+    same_robot(&placing.header, process.robot_fingerprint())?;
+    compare(comparison, &process.unplaced(), None);
+    let SimulatorOutput { state, truth, mut over } = process.place(placing).map_err(build(Process::Simulator))?;
+    compare(comparison, &state, Some(&truth));
+    let mut last_tick = state.header.tick;
+    for command in commands {
+        if over.is_some() {
+            break;
+        }
+        let output = process.advance();
+        if let Some(why) = process.take_command(command) {
+            tracing::warn!("tick {}: {why}", command.header.tick);
+        }
+        if let Some(start) = inputs.starts.at(command.header.tick) {
+            process.take_start(start);
+        }
+        compare(comparison, &output.state, Some(&output.truth));
+        last_tick = output.state.header.tick;
+        over = output.over;
+    }
+    if over.is_some() {
+        // It may have gone on then where it ends now.
+        for state in inputs.states.iter().filter(|state| state.header.tick > last_tick) {
+            comparison.message(inputs.states.topic(), Some(state), None);
+        }
+    }
+    Ok(())
+}
+
+fn same_robot(header: &Header, configured: u64) -> Result<(), ReplayError> {
+    let recorded = header.robot_fingerprint;
+    if recorded == configured { Ok(()) } else { Err(ReplayError::OtherRobot { recorded, configured }) }
+}
+
+fn build<E: Error + Send + Sync + 'static>(process: Process) -> impl FnOnce(E) -> ReplayError {
+    move |source| ReplayError::Build { process, source: Box::new(source) }
+}
