@@ -71,10 +71,19 @@ impl ClosedLoop {
     /// # Errors
     /// If the controller cannot go on.
     pub fn step(&mut self) -> anyhow::Result<Option<Tick>> {
+        self.step_measuring(|_| {})
+    }
+
+    /// The same, with sensors that fail: what the robot says it measures goes through `fault` first.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step_measuring(&mut self, fault: impl FnOnce(&mut RobotState)) -> anyhow::Result<Option<Tick>> {
         if self.now.over.is_some() {
             return Ok(None);
         }
-        let SimulatorOutput { state, truth, .. } = self.now;
+        let SimulatorOutput { mut state, truth, .. } = self.now;
+        fault(&mut state);
         let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state)?;
         self.now = self.simulator.advance();
         self.simulator.take_command(&command);

@@ -3,10 +3,14 @@
 use messages::{FootDeformation, Plan, PlanFoot, RobotState as StateMessage, SoleDeformation};
 use nalgebra::Vector2;
 use pattern::Reference;
-use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench, so3};
-use wholebody::{FootTarget, WholeBodyReference};
+use spatial::{Mat3, Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
+use wholebody::observer::FootAnchor;
+use wholebody::{FootTarget, LoadedSole, WholeBodyReference};
 
 use crate::heading::body_heading;
+
+/// By how much the length of a unit quaternion may be off: drivers send rounded ones, and broken ones send zeros.
+const QUATERNION_LENGTH_ERROR_MAX: f64 = 1e-3;
 
 /// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright and facing where the feet
 /// do.
@@ -88,6 +92,36 @@ pub(crate) fn plan(
 /// Measured vertical force of each foot: the sensors' z axes are vertical but for the small tilt of the soles.
 pub(crate) fn vertical_forces(state: &StateMessage) -> [f64; 2] {
     state.foot_wrench.map(|wrench| wrench[2])
+}
+
+/// A standing foot as the observer's anchor.
+pub(crate) fn foot_anchor(foot: &FootDeformation) -> FootAnchor {
+    FootAnchor {
+        in_contact: foot.in_contact == 1,
+        load_share: foot.load_share,
+        ankle_pose: ankle_pose(foot),
+        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist)),
+    }
+}
+
+/// A standing foot's sole as the plan loads it.
+pub(crate) fn loaded_sole(foot: &FootDeformation) -> LoadedSole {
+    LoadedSole {
+        origin: Vec3::from(foot.sole_position_m),
+        wrench: Wrench {
+            force: Vec3::from_column_slice(&foot.wrench[..3]),
+            moment: Vec3::from_column_slice(&foot.wrench[3..]),
+        },
+        compliance: Mat6::from_row_slice(&foot.compliance),
+    }
+}
+
+/// Rotation of a quaternion that is one: its length may be off by [`QUATERNION_LENGTH_ERROR_MAX`].
+pub(crate) fn unit_rotation([x, y, z, w]: [f64; 4]) -> Option<Mat3> {
+    let length = (x * x + y * y + z * z + w * w).sqrt();
+    // Not a number is not within the limit.
+    ((length - 1.0).abs() <= QUATERNION_LENGTH_ERROR_MAX)
+        .then(|| so3::from_quaternion(w / length, &(Vec3::new(x, y, z) / length)))
 }
 
 fn rotation(row_major: &[f64; 9]) -> Mat3 {

@@ -65,7 +65,7 @@ impl Program for Control {
                 figures.solver_residual = output.command.solver_residual;
                 figures.walk_time_s = output.command.walk_time_s;
                 figures.late = output.summary.deformation_missing;
-                figures.values[..11].copy_from_slice(&[
+                figures.values[..15].copy_from_slice(&[
                     output.summary.relaxed as f64,
                     output.summary.held as f64,
                     output.summary.state_refused as f64,
@@ -77,6 +77,10 @@ impl Program for Control {
                     output.summary.worst.map_or(0.0, |worst| worst.index as f64),
                     output.summary.worst.map_or(0.0, |worst| worst.amount),
                     output.summary.by_reserve as f64,
+                    output.summary.base_distance_m,
+                    output.summary.base_distance_rad,
+                    output.summary.feet_disagreement_m,
+                    output.summary.measurements_refused as f64,
                 ]);
             }
             shell.cycle_ends(state.header.tick)?;
@@ -101,6 +105,9 @@ impl Control {
         }
         if before.deformation_missing == 0 && now.deformation_missing > 0 {
             tracing::warn!("tick {tick}: no deformation of the soles for this tick, the last one is used");
+        }
+        if let (0, Some(why)) = (before.measurements_refused, now.last_refused) {
+            tracing::warn!("tick {tick}: a measurement is not used for feedback: {why}");
         }
         if let (None, Some(reason)) = (before.holding, now.holding) {
             tracing::warn!("tick {tick}: the posture is held: {reason}");

@@ -12,6 +12,7 @@ use wholebody::{
     RelaxationSettings, SoleRectangle, TaskSettings, WholeBodySettings,
 };
 
+use crate::integration::IntegrationSettings;
 use crate::settle::SettleSettings;
 
 /// `config/controller.toml`.
@@ -38,6 +39,9 @@ pub struct ControllerSettings {
     /// Solver of the quadratic program.
     #[serde(default)]
     pub solver: Solver,
+    /// From accelerations to the next state.
+    #[serde(default)]
+    pub integration: IntegrationSettings,
     /// When the walk may start.
     #[serde(default)]
     pub settle: SettleSettings,
@@ -421,6 +425,7 @@ impl ControllerSettings {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             return Err(wrong("solver.interior_tolerance", tolerance, "above 0 and below 1"));
         }
+        self.integration.check()?;
         self.settle.check(CONTROL_PERIOD_S)
     }
 

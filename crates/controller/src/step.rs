@@ -10,13 +10,14 @@ use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
-use spatial::{Vec3, so3};
 use wholebody::{
     AnsweredBy, ConfigurationError, ConfigurationTargets, ConstraintId, Relaxation, RelaxationSettings, RobotState,
-    StepReport, StepStatus, WholeBody, initial_configuration,
+    StateIntegrator, StepReport, StepStatus, WholeBody, initial_configuration,
 };
 
-use crate::convert::{plan, reference, vertical_forces};
+use crate::convert::{plan, reference, unit_rotation, vertical_forces};
+use crate::feedback::{Feedback, Refused};
+use crate::integration::{IntegrationMode, IntegrationSettings};
 use crate::settings::{ControllerError, ControllerSettings};
 use crate::settle::{NotSettled, SettleDetector, Stance};
 
@@ -24,9 +25,6 @@ use crate::settle::{NotSettled, SettleDetector, Stance};
 const DEFORMATION_AGE_MAX_TICKS: i64 = 2;
 /// Steps without a usable solution in a row after which the posture is held for good.
 const HELD_IN_A_ROW_MAX: u32 = 10;
-
-/// By how much the length of a unit quaternion may be off: drivers send rounded ones, and broken ones send zeros.
-const QUATERNION_LENGTH_ERROR_MAX: f64 = 1e-3;
 
 /// The walk cannot be walked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -118,6 +116,16 @@ pub struct Summary {
     pub joint_distance_rad: f64,
     /// Distance of the model's centre of mass from its reference now (m).
     pub com_error_m: f64,
+    /// Distance of the observed base from the own one at the last measurement used (m); feedback only.
+    pub base_distance_m: f64,
+    /// The same of its orientation (rad).
+    pub base_distance_rad: f64,
+    /// Distance between where the two standing feet place the base now (m); feedback only.
+    pub feet_disagreement_m: f64,
+    /// Measurements that were not used for feedback, so far.
+    pub measurements_refused: u64,
+    /// Why the last one of them was not.
+    pub last_refused: Option<Refused>,
     /// Smallest distance of a collision pair now (m).
     pub collision_distance_m: f64,
 }
@@ -137,7 +145,9 @@ pub struct ControllerProcess {
     pattern: Option<(u64, WalkPattern)>,
     start: Option<WalkStart>,
     settle: SettleDetector,
-    state: Option<RobotState>,
+    state: Option<StateIntegrator>,
+    integration: IntegrationSettings,
+    feedback: Option<Feedback>,
     measured: Configuration,
     deformation: Option<SoleDeformation>,
     last_command: Option<RobotCommand>,
@@ -167,6 +177,11 @@ impl ControllerProcess {
         let mut half_sitting = DVector::zeros(model.joint_count());
         joints.from_interface(joints.resting_rad(), half_sitting.as_mut_slice());
         let measured = model.neutral();
+        let ankle_links = [feet[0].ankle_frame.clone(), feet[1].ankle_frame.clone()];
+        let feedback = (settings.integration.mode == IntegrationMode::Feedback)
+            .then(|| Feedback::new(&settings.integration, &model, &robot.description.imu_frame, ankle_links))
+            .transpose()
+            .map_err(|source| RobotModelError::unknown(&robot, source))?;
         Ok(Self {
             robot_fingerprint: robot.fingerprint,
             joints,
@@ -184,6 +199,8 @@ impl ControllerProcess {
             pattern: None,
             start: None,
             settle: SettleDetector::new(settings.settle, CONTROL_PERIOD_S),
+            integration: settings.integration,
+            feedback,
             state: None,
             measured,
             deformation: None,
@@ -208,6 +225,12 @@ impl ControllerProcess {
     /// The whole-body step, to give it a clock.
     pub fn whole_body_mut(&mut self) -> &mut WholeBody {
         &mut self.whole_body
+    }
+
+    /// Counts and figures so far, as after the last step.
+    #[must_use]
+    pub fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     /// Duration of the pattern (s), once there is one.
@@ -248,7 +271,8 @@ impl ControllerProcess {
         };
         let pattern_hash = *pattern_hash;
         if self.state.is_none() {
-            self.state = Some(self.start_state(walk, &deformation)?);
+            let start = self.start_state(walk, &deformation)?;
+            self.state = Some(StateIntegrator::new(self.integration.integration(), start));
         }
         let age_ticks = (tick - deformation.header.tick).max(0);
         let fresh_enough = age_ticks <= DEFORMATION_AGE_MAX_TICKS;
@@ -270,7 +294,23 @@ impl ControllerProcess {
             if self.held_in_a_row >= HELD_IN_A_ROW_MAX { Reason::SolverFailed } else { Reason::InputMissing };
         self.summary.holding = (mode == Mode::Holding).then_some(why_held);
         let next = walk.evaluate(next_s);
-        let state = self.state.as_mut().expect("set above");
+        let own = self.state.as_mut().expect("set above");
+        if let Some(feedback) = &mut self.feedback {
+            feedback.remember(&deformation);
+            // Before tick 0 the robot is not placed yet.
+            if tick >= 0 {
+                let observed = if state_usable {
+                    feedback.observe(self.whole_body.model(), &self.joints, measured, own.state())
+                } else {
+                    Err(Refused::NotFinite)
+                };
+                self.summary.measurements_refused += u64::from(observed.is_err());
+                self.summary.last_refused = observed.as_ref().err().copied().or(self.summary.last_refused);
+                if mode != Mode::Holding {
+                    own.begin(self.whole_body.model(), observed.ok(), CONTROL_PERIOD_S);
+                }
+            }
+        }
         let mut command = RobotCommand {
             header: Header {
                 clock_monotonic_ns: measured.header.clock_monotonic_ns,
@@ -286,11 +326,14 @@ impl ControllerProcess {
         command.joint_velocity_reference_rad_per_s.fill(0.0);
         let mut computed = None;
         if mode == Mode::Holding {
-            state.v.fill(0.0);
+            own.rest();
             command.status = Outcome::Held.code();
         } else {
-            let wanted = reference(&walk.evaluate(now_s), &deformation);
-            self.whole_body.step(state, &wanted, CONTROL_PERIOD_S);
+            let mut wanted = reference(&walk.evaluate(now_s), &deformation);
+            if let Some(feedback) = &mut self.feedback {
+                feedback.move_ankles(&deformation, self.whole_body.report(), &mut wanted);
+            }
+            self.whole_body.step(own.state(), &wanted, CONTROL_PERIOD_S);
             let report = self.whole_body.report();
             let held = report.status == StepStatus::Held;
             computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
@@ -308,8 +351,8 @@ impl ControllerProcess {
             self.summary.relaxed += u64::from(report.status == StepStatus::Relaxed);
             self.summary.com_error_m = report.body_error.fixed_rows::<3>(0).norm();
             self.summary.collision_distance_m = report.distance_min_m;
-            state.q.clone_from(&report.q_next);
-            state.v.copy_from(&report.v_next);
+            own.advance(report);
+            let state = own.state();
             write_report(&mut command, report);
             let resting = self.joints.resting_rad();
             command.joint_position_reference_rad[..resting.len()].copy_from_slice(resting);
@@ -319,7 +362,13 @@ impl ControllerProcess {
             self.joints.to_interface(&state.v.as_slice()[base..], &mut command.joint_velocity_reference_rad_per_s);
             self.joints.to_interface(report.torques.as_slice(), &mut command.feed_forward_torque_nm);
         }
+        if let Some(feedback) = &self.feedback {
+            let distance = own.distance();
+            (self.summary.base_distance_m, self.summary.base_distance_rad) = (distance.base_m, distance.base_rad);
+            self.summary.feet_disagreement_m = feedback.estimate().disagreement_m;
+        }
         let model = self.whole_body.model();
+        let state = own.state();
         forward_kinematics(model, &mut self.workspace, &state.q);
         let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
         command.plan = plan(&next, &state.q.base, &ankles, computed);
@@ -379,22 +428,18 @@ impl ControllerProcess {
     fn observe(&mut self, measured: &StateMessage) {
         self.joints.from_interface(&measured.joint_position_rad, self.measured.joints.as_mut_slice());
         if let Some(state) = &self.state {
-            self.summary.joint_distance_rad = (&self.measured.joints - &state.q.joints).amax();
+            self.summary.joint_distance_rad = (&self.measured.joints - &state.state().q.joints).amax();
         }
     }
 
     /// How the robot stands, from its encoders, its orientation and its feet; `None` without an orientation.
     fn stance(&mut self, measured: &StateMessage, deformation: &SoleDeformation) -> Option<Stance> {
-        let [x, y, z, w] = measured.imu_orientation_xyzw;
-        let length = (x * x + y * y + z * z + w * w).sqrt();
-        if (length - 1.0).abs() > QUATERNION_LENGTH_ERROR_MAX {
-            return None;
-        }
+        let imu_rotation = unit_rotation(measured.imu_orientation_xyzw)?;
         let model = self.whole_body.model();
         // The measured configuration has its base at the origin.
         forward_kinematics(model, &mut self.workspace, &self.measured);
         let imu_in_base = self.workspace.placement(model, self.imu).rotation;
-        let base_rotation = so3::from_quaternion(w / length, &(Vec3::new(x, y, z) / length)) * imu_in_base.transpose();
+        let base_rotation = imu_rotation * imu_in_base.transpose();
         let ankle = |frame| base_rotation * self.workspace.placement(model, frame).translation;
         Some(Stance {
             base_rotation,

@@ -56,7 +56,7 @@ plain_struct! {
         ///
         /// | process | values |
         /// |---|---|
-        /// | controller | 0 steps relaxed, 1 steps held, 2 states refused, 3 largest distance of a joint from its reference (rad), 4 distance of the model's centre of mass from its plan (m), 5 smallest distance of a collision pair (m, infinite: none near), 6 steps solved, 7 worst limit that gave way ([`crate::code::Limit`]), 8 which of its kind, 9 by how much, 10 steps that the reserve solver answered |
+        /// | controller | 0 steps relaxed, 1 steps held, 2 states refused, 3 largest distance of a joint from its reference (rad), 4 distance of the model's centre of mass from its plan (m), 5 smallest distance of a collision pair (m, infinite: none near), 6 steps solved, 7 worst limit that gave way ([`crate::code::Limit`]), 8 which of its kind, 9 by how much, 10 steps that the reserve solver answered, 11 distance of the observed base from the own one (m), 12 the same of its orientation (rad), 13 distance between where the two standing feet place the base (m), 14 measurements not used for feedback (11 to 14 in feedback only) |
         /// | simulator | 0, 1 distance of the centre of mass from its plan (m; root mean square, largest), 2, 3 the same of the zero-moment point, 4 largest tilt of the base (rad), 5 control periods not solved to tolerance, 6 cause of the fall ([`crate::code::Fall`]), 7 commands refused |
         /// | the others | none |
         values: [f64; 16],

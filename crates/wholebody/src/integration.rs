@@ -4,9 +4,10 @@
 //! the distance between the two is reported. It cannot be destabilised by sensors, and cannot react to anything either.
 //!
 //! **Feedback**: before each step the own state is drawn towards the measured one, `q <- q (+) alpha (q_m (-) q)`,
-//! `v <- v + alpha (v_m - v)` with `alpha = 1 - exp(-rate dt)`, separately for base and joints. An infinite rate takes the
-//! measurement as it is; with position-controlled joints a rate of 1 to 10 /s for the base and 0 for the joints removes
-//! drift without feeding the servos' lag back into the references.
+//! `v <- v + alpha (v_m - v)` with `alpha = 1 - exp(-rate dt)`, separately for the base's pose and twist and for the joints. An infinite
+//! rate takes the measurement as it is. With position-controlled joints a rate of 2 to 20 /s for the base and 0 for the joints reacts to
+//! what happens to the body without feeding the servos' lag back into the references: a rate of 1 /s for the joints is an integral of that
+//! lag. On soft soles it takes [`SoleYield`](crate::SoleYield), too.
 
 use crate::reference::RobotState;
 use crate::report::StepReport;
@@ -20,12 +21,18 @@ pub enum Integration {
     #[default]
     OpenLoop,
     /// The last step's result, drawn towards the measurement.
-    Feedback {
-        /// For the base's pose and twist (1/s); infinite = the measurement itself.
-        base_rate: f64,
-        /// For joint positions and rates (1/s).
-        joint_rate: f64,
-    },
+    Feedback(FeedbackRates),
+}
+
+/// How fast the own state goes to the measured one (1/s); 0 = not at all, infinite = the measurement itself.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FeedbackRates {
+    /// Pose of the base.
+    pub base_pose: f64,
+    /// Twist of the base.
+    pub base_twist: f64,
+    /// Joint positions and rates.
+    pub joints: f64,
 }
 
 /// How far the controller's own state is from the measured one.
@@ -68,12 +75,13 @@ impl StateIntegrator {
             base_rad: norm(&d[3.min(base)..base]),
             joints_rad: d[base..].iter().fold(0.0, |s: f64, x| s.max(x.abs())),
         };
-        if let Integration::Feedback { base_rate, joint_rate } = self.mode {
-            let [base_gain, joint_gain] = [base_rate, joint_rate].map(|rate| 1.0 - (-rate * dt_s).exp());
+        if let Integration::Feedback(rates) = self.mode {
+            let [pose, twist, joints] =
+                [rates.base_pose, rates.base_twist, rates.joints].map(|rate| 1.0 - (-rate * dt_s).exp());
             for i in 0..self.difference.len() {
-                let gain = if i < base { base_gain } else { joint_gain };
+                let (gain, velocity_gain) = if i < base { (pose, twist) } else { (joints, joints) };
                 self.difference[i] *= gain;
-                self.state.v[i] += gain * (measured.v[i] - self.state.v[i]);
+                self.state.v[i] += velocity_gain * (measured.v[i] - self.state.v[i]);
             }
             model.integrate(&self.state.q, &self.difference, &mut self.next.q);
             std::mem::swap(&mut self.state.q, &mut self.next.q);
@@ -86,6 +94,11 @@ impl StateIntegrator {
         self.state.q.base = report.q_next.base;
         self.state.q.joints.copy_from(&report.q_next.joints);
         self.state.v.copy_from(&report.v_next);
+    }
+
+    /// Brings the own state to rest where it is.
+    pub fn rest(&mut self) {
+        self.state.v.fill(0.0);
     }
 
     /// The controller's own state.

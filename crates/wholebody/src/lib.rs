@@ -44,7 +44,8 @@
 //!
 //! # State
 //! [`StateIntegrator`] turns accelerations into the state of the next step, open loop (the paper's) or drawn towards what
-//! [`observer::BaseObserver`] makes of the measurements.
+//! [`observer::BaseObserver`] makes of the measurements. With feedback the step asks the ground for other wrenches than planned;
+//! [`SoleYield`] moves the stance ankles as the soles give way under them.
 //!
 //! # Time
 //! Libraries know no clock: [`WholeBody::set_clock`] takes one, and [`StepReport::timings`] then tells the stages apart.
@@ -90,6 +91,7 @@ pub mod observer;
 mod reference;
 mod report;
 mod settings;
+mod sole_yield;
 mod solvers;
 mod step;
 mod task;
@@ -101,7 +103,7 @@ pub use collision::{
 pub use constraint::friction::FrictionCones;
 pub use constraint::limits::JointLimits;
 pub use error::WholeBodyError;
-pub use integration::{Integration, StateDistance, StateIntegrator};
+pub use integration::{FeedbackRates, Integration, StateDistance, StateIntegrator};
 pub use inverse_kinematics::{ConfigurationError, ConfigurationTargets, initial_configuration};
 pub use layout::ConstraintId;
 pub use reference::{FootTarget, RobotState, WholeBodyReference};
@@ -113,4 +115,5 @@ pub use settings::{
     Backend, ConstraintSettings, FootSettings, Gains, Limit, PostureJoint, RelaxationSettings, SoleRectangle,
     TaskSettings, WholeBodySettings,
 };
+pub use sole_yield::{LoadedSole, SoleYield, SoleYieldSettings};
 pub use step::{Clock, WholeBody};

@@ -169,7 +169,8 @@ impl BaseObserver {
             _ => tilt,
         };
         // The unit may turn against the base (it does not on HRP-4).
-        let w_WB = measured.imu_rotation * (measured.gyro - self.estimate.gyro_bias) - R_WB * imu_in_base.angular;
+        // The gyro's axes are known by the base's orientation: the yaw that the unit believes in may be any.
+        let w_WB = R_WB * (X_BI.rotation * (measured.gyro - self.estimate.gyro_bias) - imu_in_base.angular);
 
         if total > 0.0 {
             let (mut p_WB, mut v_WB) = (Vec3::zeros(), Vec3::zeros());
@@ -220,13 +221,22 @@ fn load(foot: &FootAnchor) -> f64 {
     if foot.in_contact { foot.load_share.max(0.0) } else { 0.0 }
 }
 
-/// Keeps roll and pitch, takes the yaw at which the loaded feet are as their anchors say.
+/// Keeps roll and pitch, takes the yaw at which the loaded feet are as their anchors say. First the heavier foot's, which may be far
+/// from the unit's: what remains to the mean of both feet is small, and half a round is no jump.
 fn turned_to_legs(tilt: &Mat3, measured: &Measurement<'_>, legs: &[(Transform, Twist); 2], total: f64) -> Mat3 {
-    let mut yaw = 0.0;
-    for (foot, (X_BA, _)) in measured.feet.iter().zip(legs) {
-        let R_WB = foot.ankle_pose.rotation * X_BA.rotation.transpose();
-        // The vertical part of the turn that leads from the unit's to the leg's orientation.
-        yaw += load(foot) / total * so3::log(&(R_WB * tilt.transpose())).z;
-    }
-    so3::about_z(yaw) * tilt
+    let heavier = usize::from(load(&measured.feet[1]) > load(&measured.feet[0]));
+    let parts = measured.feet.each_ref().map(|foot| load(foot) / total);
+    let turns = |R_WB: &Mat3| {
+        [0, 1]
+            .map(|i: usize| yaw_between(R_WB, &(measured.feet[i].ankle_pose.rotation * legs[i].0.rotation.transpose())))
+    };
+    let rough = so3::about_z(turns(tilt)[heavier]) * tilt;
+    let [left, right] = turns(&rough);
+    so3::about_z(parts[0] * left + parts[1] * right) * rough
+}
+
+/// Turn about the vertical that brings one orientation as near to another as such a turn can.
+fn yaw_between(from: &Mat3, to: &Mat3) -> f64 {
+    let turn = to * from.transpose();
+    (turn[(1, 0)] - turn[(0, 1)]).atan2(turn[(0, 0)] + turn[(1, 1)])
 }

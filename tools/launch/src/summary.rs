@@ -24,6 +24,7 @@ pub struct Summary {
     compute_ns: BTreeMap<u32, Vec<u64>>,
     misses: u64,
     steps: Option<ControllerSteps>,
+    feedback: Feedback,
     estimates: Estimates,
     lost: u64,
     /// Truths, commands and deformations that came faster than they were listened to: they are missing here, not in the recording.
@@ -39,6 +40,15 @@ struct ControllerSteps {
     by_reserve: f64,
     /// The worst limit that gave way: kind, which of its kind, by how much.
     worst: (Limit, f64, f64),
+}
+
+/// How far the controller's own state was from what it was drawn towards; all zero in open loop.
+#[derive(Default)]
+struct Feedback {
+    base_max_m: f64,
+    base_max_rad: f64,
+    /// Measurements that were not used.
+    refused: f64,
 }
 
 /// Root of the mean square, and the largest.
@@ -85,9 +95,14 @@ impl Summary {
         self.misses = self.misses.max(health.misses);
         if health.process == Process::Controller.code() && health.cycles > 0 {
             // Their order is documented with the message.
-            let [relaxed, held, _, _, _, _, solved, kind, index, amount, by_reserve, ..] = health.values;
+            let [relaxed, held, _, _, _, _, solved, kind, index, amount, by_reserve, base_m, base_rad, _, refused, ..] =
+                health.values;
             let worst = (Limit::from_code(kind as u32).unwrap_or(Limit::None), index, amount);
             self.steps = Some(ControllerSteps { solved, relaxed, held, by_reserve, worst });
+            let feedback = &mut self.feedback;
+            feedback.base_max_m = feedback.base_max_m.max(base_m);
+            feedback.base_max_rad = feedback.base_max_rad.max(base_rad);
+            feedback.refused = refused;
         }
         if health.process == Process::Recorder.code() {
             self.lost = health.lost;
@@ -249,6 +264,12 @@ impl Summary {
                 if by_reserve > 0.0 { format!("; {by_reserve} answered by the reserve solver") } else { String::new() };
             row("controller steps", format!("{solved} solved, {relaxed} relaxed{worst}, {held} held{reserve}"));
         }
+        let Feedback { base_max_m, base_max_rad, refused } = self.feedback;
+        if base_max_m > 0.0 || refused > 0.0 {
+            let (base_mm, base_deg) = (1e3 * base_max_m, base_max_rad.to_degrees());
+            let base = format!("observed base up to {base_mm:.1} mm, {base_deg:.2} deg from the own");
+            row("feedback", format!("{base}; {refused} measurements not used"));
+        }
         for (process, times) in &self.compute_ns {
             let (Some(process), false) = (Process::from_code(*process), times.is_empty()) else { continue };
             let mut sorted = times.clone();
@@ -325,6 +346,22 @@ mod tests {
         // Another process's figures mean something else.
         summary.health(&Health { process: Process::Simulator.code(), ..health });
         assert!(summary.table().contains("15 solved"), "{}", summary.table());
+    }
+
+    #[test]
+    fn feedback_is_told_with_its_largest_distances_and_what_was_not_used_and_open_loop_has_none() {
+        let mut summary = Summary::default();
+        summary.truth(&Truth { header: Header::new(0, 7), ..Truth::default() });
+        let mut health = Health::new(Process::Controller, State::Running, Reason::None);
+        health.cycles = 20;
+        summary.health(&health);
+        assert!(!summary.table().contains("feedback"), "{}", summary.table());
+        health.values[11..15].copy_from_slice(&[0.012, 0.01, 0.5, 3.0]);
+        summary.health(&health);
+        health.values[11..15].copy_from_slice(&[0.002, 0.05, 0.5, 7.0]);
+        summary.health(&health);
+        let told = "observed base up to 12.0 mm, 2.86 deg from the own; 7 measurements not used\n";
+        assert!(summary.table().contains(told), "{}", summary.table());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
 use nalgebra::DVector;
-use wholebody::{Integration, RobotState, StateIntegrator, StepStatus, WholeBody};
+use wholebody::{FeedbackRates, Integration, RobotState, StateIntegrator, StepStatus, WholeBody};
 
 /// Walks on a plant whose base is carried along at a constant velocity, as if the feet crept. Returns the largest error of
 /// the *plant's* centre of mass against the plan, and the largest distance that was reported.
@@ -39,13 +39,61 @@ fn creeping(mode: Integration) -> (f64, f64) {
     (error, distance)
 }
 
+fn feedback(base: f64, joints: f64) -> Integration {
+    Integration::Feedback(FeedbackRates { base_pose: base, base_twist: base, joints })
+}
+
 #[test]
 fn open_loop_drifts_with_a_creeping_plant_and_feedback_stays() {
     let (open_error, open_distance) = creeping(Integration::OpenLoop);
-    let (closed_error, closed_distance) = creeping(Integration::Feedback { base_rate: 5.0, joint_rate: 0.0 });
-    let (full_error, _) = creeping(Integration::Feedback { base_rate: f64::INFINITY, joint_rate: f64::INFINITY });
+    let (closed_error, closed_distance) = creeping(feedback(5.0, 0.0));
+    let (full_error, _) = creeping(feedback(f64::INFINITY, f64::INFINITY));
     // 2 mm/s for 4 s.
     assert!(open_error > 5e-3 && open_distance > 5e-3, "{open_error} {open_distance}");
     assert!(closed_error < 0.5 * open_error && closed_distance < 1e-3, "{closed_error} {closed_distance}");
     assert!(full_error < 0.5 * open_error, "{full_error}");
+}
+
+#[test]
+fn each_rate_draws_its_own_part_of_the_state_and_nothing_else() {
+    let robot = robot();
+    let model = model(&robot, Joints::Legs);
+    let own = start(&model, &settings(&robot, &model), &Walk::straight(1).reference(0.0));
+    let base = model.base_dofs();
+    let away = DVector::from_fn(model.nv(), |i, _| 1e-3 * (1.0 + i as f64));
+    let mut measured = RobotState { q: model.neutral(), v: 10.0 * &away };
+    model.integrate(&own.q, &away, &mut measured.q);
+    let (rate, dt_s) = (20.0, PERIOD_S);
+    let gain = 1.0 - (-rate * dt_s).exp();
+    for part in 0..3 {
+        let of = |k: usize| if k == part { rate } else { 0.0 };
+        let rates = FeedbackRates { base_pose: of(0), base_twist: of(1), joints: of(2) };
+        let mut integrator = StateIntegrator::new(Integration::Feedback(rates), own.clone());
+        let drawn = integrator.begin(&model, Some(&measured), dt_s);
+        let mut moved = DVector::zeros(model.nv());
+        model.difference(&own.q, &drawn.q, &mut moved);
+        for i in 0..model.nv() {
+            let (pose, twist) = if i < base { (part == 0, part == 1) } else { (part == 2, part == 2) };
+            let expected = |drawn: bool| if drawn { gain } else { 0.0 };
+            // The base's pose is no vector space: drawn along the same screw, to rounding.
+            assert!((moved[i] - expected(pose) * away[i]).abs() < 1e-12, "part {part}, coordinate {i}");
+            assert!((drawn.v[i] - expected(twist) * measured.v[i]).abs() < 1e-12, "part {part}, velocity {i}");
+        }
+        let far = integrator.distance();
+        let norm = |from: usize| away.rows(from, 3).norm();
+        assert!((far.base_m - norm(0)).abs() < 1e-12 && (far.base_rad - norm(3)).abs() < 1e-12, "{far:?}");
+        assert!((far.joints_rad - away[model.nv() - 1]).abs() < 1e-12, "{far:?}");
+    }
+}
+
+#[test]
+fn without_a_measurement_a_step_starts_where_the_last_one_ended_and_rest_stops_it_there() {
+    let robot = robot();
+    let model = model(&robot, Joints::Legs);
+    let mut own = start(&model, &settings(&robot, &model), &Walk::straight(1).reference(0.0));
+    own.v.fill(0.1);
+    let mut integrator = StateIntegrator::new(feedback(20.0, 20.0), own.clone());
+    assert_eq!(integrator.begin(&model, None, PERIOD_S), &own);
+    integrator.rest();
+    assert_eq!(integrator.state(), &RobotState { v: DVector::zeros(model.nv()), ..own });
 }

@@ -31,6 +31,7 @@ struct Faults {
     encoder_rad: f64,
     rate_rad_per_s: f64,
     orientation_rad: f64,
+    yaw_offset_rad: f64,
     yaw_drift_rad_per_s: f64,
     gyro_rad_per_s: f64,
     gyro_bias_rad_per_s: Vec3,
@@ -41,6 +42,7 @@ const NONE: Faults = Faults {
     encoder_rad: 0.0,
     rate_rad_per_s: 0.0,
     orientation_rad: 0.0,
+    yaw_offset_rad: 0.0,
     yaw_drift_rad_per_s: 0.0,
     gyro_rad_per_s: 0.0,
     gyro_bias_rad_per_s: Vec3::new(0.0, 0.0, 0.0),
@@ -74,10 +76,11 @@ fn sample(
     forward_kinematics_velocity(model, ws, &state.q, &state.v);
     let imu = model.frame("imu").expect("HRP-4 has one");
     let rotation: Mat3 = ws.placement(model, imu).rotation;
-    let turn = random.vector(faults.orientation_rad) + Vec3::new(0.0, 0.0, faults.yaw_drift_rad_per_s * t_s);
+    let yaw = faults.yaw_offset_rad + faults.yaw_drift_rad_per_s * t_s;
+    let turn = random.vector(faults.orientation_rad);
     let w = ws.velocity(model, imu).angular;
     let gyro = rotation.tr_mul(&w) + faults.gyro_bias_rad_per_s + random.vector(faults.gyro_rad_per_s);
-    (so3::exp(&turn) * rotation, gyro)
+    (so3::exp(&turn) * so3::about_z(yaw) * rotation, gyro)
 }
 
 /// Largest errors over a walk, after the first two seconds.
@@ -193,6 +196,20 @@ fn yaw_of_the_legs_does_not_drift_with_the_inertial_unit() {
     let unit = observe(faults, YawSource::InertialUnit, true);
     assert!(legs.rotation < 1e-3, "{legs:?}");
     assert!(unit.rotation > 0.05, "{unit:?}");
+}
+
+#[test]
+fn whatever_the_inertial_unit_calls_north_the_legs_say_where_the_robot_faces() {
+    let exact = observe(NONE, YawSource::Legs, true);
+    // At half a round the two feet may see it on either side.
+    for yaw_offset_rad in [2.1, -std::f64::consts::FRAC_PI_2, std::f64::consts::PI] {
+        let turned = observe(Faults { yaw_offset_rad, ..NONE }, YawSource::Legs, true);
+        assert!(turned.rotation < 2.0 * exact.rotation, "{turned:?} {exact:?}");
+        assert!(
+            turned.position < 2.0 * exact.position && turned.velocity < 2.0 * exact.velocity,
+            "{turned:?} {exact:?}"
+        );
+    }
 }
 
 #[test]

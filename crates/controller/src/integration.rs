@@ -1,0 +1,170 @@
+//! Section `[integration]`: from accelerations to the state of the next step.
+
+use messages::CONTROL_PERIOD_S;
+use serde::Deserialize;
+use wholebody::observer::YawSource;
+use wholebody::{FeedbackRates, Integration, SoleYieldSettings};
+
+use crate::settings::{ControllerError, wrong};
+
+/// Which state a step starts from, and how much of what is measured is in it. All but `mode` counts in feedback only.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct IntegrationSettings {
+    /// Which of the two.
+    pub mode: IntegrationMode,
+    /// How fast the own base goes to the observed one: position and orientation (1/s). 2 to 20: below the robot's rocking on its soles
+    /// (8 rad/s) it sees too little of a push, above it the noise. 0 = not at all.
+    pub base_pose_rate_per_s: f64,
+    /// The same for its velocity and angular velocity (1/s).
+    pub base_twist_rate_per_s: f64,
+    /// The same for joint angles and rates (1/s). 0 for drives that follow positions: what they lag behind must not become reference.
+    pub joint_rate_per_s: f64,
+    /// Age of what the robot measures when it arrives (ticks). It is carried forward with the velocities found.
+    pub measurement_delay_ticks: u32,
+    /// Where the yaw comes from.
+    pub yaw: Yaw,
+    /// Time constant of the gyro's bias (s).
+    pub gyro_bias_time_s: f64,
+    /// Time constant of the low-pass on the base's velocity (s): it has the noise of the joint rates times the leg's length. 0 = none.
+    pub velocity_time_s: f64,
+    /// Part of a sole's own answer to the wrench that the step asks for, by which the ankle moves: [`wholebody::SoleYield`]. 0 = none.
+    pub sole_yield: f64,
+    /// Time constant of that (s).
+    pub sole_yield_time_s: f64,
+    /// A base observed farther from the own one is not believed (m).
+    pub distance_max_m: f64,
+    /// The same for its orientation (rad).
+    pub distance_max_rad: f64,
+}
+
+/// Which state a step starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum IntegrationMode {
+    /// The last step's result, as in the paper.
+    OpenLoop,
+    /// That, drawn towards what is measured.
+    Feedback,
+}
+
+/// Where the observer takes the yaw from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Yaw {
+    /// The stance feet: free of the inertial unit's drift, and whatever it calls north.
+    Legs,
+    /// The inertial unit.
+    InertialUnit,
+}
+
+impl From<Yaw> for YawSource {
+    fn from(yaw: Yaw) -> Self {
+        match yaw {
+            Yaw::Legs => Self::Legs,
+            Yaw::InertialUnit => Self::InertialUnit,
+        }
+    }
+}
+
+impl Default for IntegrationSettings {
+    fn default() -> Self {
+        Self {
+            mode: IntegrationMode::OpenLoop,
+            base_pose_rate_per_s: 5.0,
+            base_twist_rate_per_s: 5.0,
+            joint_rate_per_s: 0.0,
+            measurement_delay_ticks: 0,
+            yaw: Yaw::Legs,
+            gyro_bias_time_s: 5.0,
+            velocity_time_s: 0.01,
+            sole_yield: 0.5,
+            sole_yield_time_s: 0.03,
+            distance_max_m: 0.1,
+            distance_max_rad: 0.3,
+        }
+    }
+}
+
+/// Longest delay (ticks): half a second, in which the robot would have fallen.
+const DELAY_MAX_TICKS: u32 = 100;
+
+impl IntegrationSettings {
+    /// Is every number one that can be?
+    pub(crate) fn check(&self) -> Result<(), ControllerError> {
+        let within = |key: &'static str, found: f64, allowed: std::ops::RangeInclusive<f64>, expected: &'static str| {
+            // False for what is not a number.
+            if allowed.contains(&found) { Ok(()) } else { Err(wrong(key, found, expected)) }
+        };
+        // A rate of one per control period takes over 63 % at once.
+        let rates = 0.0..=1.0 / CONTROL_PERIOD_S;
+        for (key, found) in [
+            ("integration.base_pose_rate_per_s", self.base_pose_rate_per_s),
+            ("integration.base_twist_rate_per_s", self.base_twist_rate_per_s),
+            ("integration.joint_rate_per_s", self.joint_rate_per_s),
+        ] {
+            within(key, found, rates.clone(), "0 to 200")?;
+        }
+        let delay = f64::from(self.measurement_delay_ticks);
+        within("integration.measurement_delay_ticks", delay, 0.0..=f64::from(DELAY_MAX_TICKS), "0 to 100")?;
+        within("integration.gyro_bias_time_s", self.gyro_bias_time_s, 0.1..=1e6, "0.1 to 1e6")?;
+        within("integration.velocity_time_s", self.velocity_time_s, 0.0..=1.0, "0 to 1")?;
+        within("integration.sole_yield", self.sole_yield, 0.0..=1.0, "0 to 1")?;
+        within("integration.sole_yield_time_s", self.sole_yield_time_s, 0.0..=1.0, "0 to 1")?;
+        within("integration.distance_max_m", self.distance_max_m, 0.001..=1.0, "0.001 to 1")?;
+        within("integration.distance_max_rad", self.distance_max_rad, 0.001..=1.0, "0.001 to 1")
+    }
+
+    pub(crate) fn integration(&self) -> Integration {
+        match self.mode {
+            IntegrationMode::OpenLoop => Integration::OpenLoop,
+            IntegrationMode::Feedback => Integration::Feedback(FeedbackRates {
+                base_pose: self.base_pose_rate_per_s,
+                base_twist: self.base_twist_rate_per_s,
+                joints: self.joint_rate_per_s,
+            }),
+        }
+    }
+
+    pub(crate) fn sole_yield(&self) -> SoleYieldSettings {
+        SoleYieldSettings { part: self.sole_yield, time_s: self.sole_yield_time_s }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_beyond_their_range_are_refused_with_the_full_key_and_those_at_its_ends_are_not() {
+        type Field = fn(&mut IntegrationSettings) -> &mut f64;
+        let fields: [(&str, Field, [f64; 2]); 9] = [
+            ("integration.base_pose_rate_per_s", |s| &mut s.base_pose_rate_per_s, [0.0, 200.0]),
+            ("integration.base_twist_rate_per_s", |s| &mut s.base_twist_rate_per_s, [0.0, 200.0]),
+            ("integration.joint_rate_per_s", |s| &mut s.joint_rate_per_s, [0.0, 200.0]),
+            ("integration.gyro_bias_time_s", |s| &mut s.gyro_bias_time_s, [0.1, 1e6]),
+            ("integration.velocity_time_s", |s| &mut s.velocity_time_s, [0.0, 1.0]),
+            ("integration.sole_yield", |s| &mut s.sole_yield, [0.0, 1.0]),
+            ("integration.sole_yield_time_s", |s| &mut s.sole_yield_time_s, [0.0, 1.0]),
+            ("integration.distance_max_m", |s| &mut s.distance_max_m, [0.001, 1.0]),
+            ("integration.distance_max_rad", |s| &mut s.distance_max_rad, [0.001, 1.0]),
+        ];
+        let with = |field: Field, value: f64| {
+            let mut settings = IntegrationSettings::default();
+            *field(&mut settings) = value;
+            settings.check()
+        };
+        for (key, field, [least, most]) in fields {
+            with(field, least).expect(key);
+            with(field, most).expect(key);
+            for wrong in [least - 1e-6, most * 1.001, f64::NAN, f64::INFINITY] {
+                let said = with(field, wrong).expect_err(key).to_string();
+                assert!(said.contains(&format!("`{key}` is {wrong}")), "{said}");
+            }
+        }
+        let late = |ticks| IntegrationSettings { measurement_delay_ticks: ticks, ..Default::default() }.check();
+        late(100).expect("half a second");
+        let said = late(101).expect_err("more").to_string();
+        assert!(said.contains("`integration.measurement_delay_ticks` is 101, must be 0 to 100"), "{said}");
+    }
+}
