@@ -108,11 +108,12 @@ fn another_version_and_an_empty_walk_are_refused() {
 #[test]
 fn constants_beyond_any_robot_are_refused_by_name() {
     type Field = fn(&mut WalkPattern) -> &mut f64;
-    let fields: [(&str, Field); 5] = [
+    let fields: [(&str, Field); 6] = [
         ("mass_kg", |p| &mut p.mass_kg),
         ("gravity_m_per_s2", |p| &mut p.gravity_m_per_s2),
         ("com_height_m", |p| &mut p.com_height_m),
         ("ankle_height_m", |p| &mut p.ankle_height_m),
+        ("ankle_in_sole_m[0][1]", |p| &mut p.ankle_in_sole_m[0][1]),
         ("ankle_in_sole_m[1][0]", |p| &mut p.ankle_in_sole_m[RIGHT][0]),
     ];
     for (name, field) in fields {
@@ -127,9 +128,48 @@ fn constants_beyond_any_robot_are_refused_by_name() {
     assert_eq!(barefoot.check(), Ok(()));
 }
 
+/// Two processes that hold the same hash do the same at all times: whatever a foot or a force follows from is in it.
+#[test]
+fn every_number_of_a_pattern_is_in_its_hash() {
+    type Change = fn(&mut WalkPattern);
+    let hash = walk().content_hash();
+    let changes: [(&str, Change); 20] = [
+        ("mass", |p| p.mass_kg += 1e-9),
+        ("gravity", |p| p.gravity_m_per_s2 += 1e-9),
+        ("COM height", |p| p.com_height_m += 1e-9),
+        ("ankle height", |p| p.ankle_height_m += 1e-9),
+        ("left ankle in its sole", |p| p.ankle_in_sole_m[0][1] += 1e-9),
+        ("start", |p| p.phases[1].start_s += 1e-9),
+        ("duration", |p| p.phases[4].duration_s += 1e-9),
+        ("kind", |p| p.phases[1].kind = PhaseKind::Stop),
+        ("step", |p| p.phases[3].step += 1),
+        ("foot 1", |p| p.phases[3].foot_1 = p.phases[3].foot_1.other()),
+        ("ZMP", |p| p.phases[3].zmp[1].0[5] += 1e-9),
+        ("ZMP of foot 1", |p| p.phases[3].zmp_1[0].0[0] += 1e-9),
+        ("COM", |p| p.phases[2].com[1].growing += 1e-9),
+        ("load share", |p| p.phases[0].load.share.0[3] += 1e-9),
+        ("power", |p| p.phases[0].load.cancelled_power = 3),
+        ("excess", |p| p.phases[0].load.excess[1].0[3] += 1e-9),
+        ("foothold", |p| p.phases[0].feet[0].ankle_foothold.yaw_rad += 1e-9),
+        ("contact", |p| p.phases[4].feet[RIGHT].contact_since_s += 1e-9),
+        ("apex", |p| p.phases[FLIGHT].feet[RIGHT].swing.as_mut().expect("it flies").apex_m += 1e-9),
+        ("landing", |p| p.phases[FLIGHT].feet[RIGHT].swing.as_mut().expect("it flies").t_end_s += 1e-9),
+    ];
+    for (name, change) in changes {
+        let mut other = walk();
+        change(&mut other);
+        assert_ne!(other.content_hash(), hash, "{name}");
+    }
+    let mut shorter = walk();
+    shorter.phases.pop();
+    assert_ne!(shorter.content_hash(), hash);
+}
+
 #[test]
 fn phases_out_of_order_or_without_duration_are_refused() {
-    assert!(matches!(broken(|p| p.phases[1].start_s += 0.1), PatternError::Time { phase: 1, .. }));
+    for gap_s in [0.1, -0.1, 1e-9] {
+        assert!(matches!(broken(|p| p.phases[1].start_s += gap_s), PatternError::Time { phase: 1, .. }), "{gap_s}");
+    }
     for bad in [-1.0, 0.0, 1e-200, 1e200, f64::NAN] {
         assert!(matches!(broken(|p| p.phases[4].duration_s = bad), PatternError::Time { phase: 4, .. }), "{bad}");
     }

@@ -341,10 +341,69 @@ mod tests {
         // The margin is 20 mm.
         let margin_mm = 20.0 - 1e3 * worst.value;
         assert!(margins.contains(&format!("edge: {margin_mm:.2} mm, ")), "{margins}");
-        assert!(leg.contains("mm longer at") && leg.contains("degrees to its limit at"), "{leg}");
+        let reach = planned.check.reach.expect("legs were given");
+        let (extension_mm, room_deg) = (1e3 * reach.extension.0, reach.joint.0.to_degrees());
+        assert!(leg.contains(&format!("could be {extension_mm:.1} mm longer at")), "{leg}");
+        assert!(leg.contains(&format!("has {room_deg:.1} degrees to its limit at")), "{leg}");
         // A walk that keeps everything says so.
         let kept = plan(&["gait.cost.lambda=0.0", rigid]).expect("it can be walked").findings();
         assert!(kept[0].starts_with("every constraint is kept, nearest: "), "{kept:?}");
+    }
+
+    #[test]
+    fn a_zmp_beyond_the_edge_of_the_sole_is_refused_whatever_violation_is_allowed() {
+        let [samples, _, rigid] = COARSE;
+        let refused = plan(&[
+            samples,
+            "gait.cost.lambda=1.0",
+            rigid,
+            "constraint_violation_max_m=0.1",
+            "gait.limits.zmp_margin_m=0.0",
+        ]);
+        let Err(PlannerError::NotWalkable(NotWalkable::ZmpOutside { by_m, .. })) = refused else {
+            panic!("not refused")
+        };
+        assert!((1e-4..5e-3).contains(&by_m), "{by_m}");
+    }
+
+    /// Patches, loads and tilt are the same whichever way the walk goes.
+    #[test]
+    fn the_soles_say_the_same_of_a_walk_in_any_direction() {
+        let ahead = plan(&["gait.walk.swings=3"]).expect("it can be walked");
+        let turned = plan(&["gait.walk.swings=3", "gait.start.yaw_rad=1.2"]).expect("it can be walked");
+        let [a, b] = [&ahead, &turned].map(|planned| planned.soles.expect("soles are asked"));
+        assert_eq!(a.ticks, b.ticks);
+        assert!((a.tilt_rad.value - b.tilt_rad.value).abs() < 1e-6, "{a:?} {b:?}");
+        assert!((a.compression.value - b.compression.value).abs() < 1e-6, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn a_pattern_is_published_for_the_robot_it_was_planned_for() {
+        let planned = plan(&["sole.level=rigid"]).expect("it can be walked");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
+        let robot = Robot::load(&folder).expect("it ships");
+        assert_eq!(planned.header.header.robot_fingerprint, robot.fingerprint);
+    }
+
+    /// The configuration's friction replaces that of the robot's soles, here the other way round: the walk that ships needs 0.05.
+    #[test]
+    fn the_friction_of_the_configuration_is_the_one_that_counts() {
+        let refused = plan(&["sole.friction=0.01"]).expect_err("no walk needs so little").to_string();
+        assert!(refused.contains("the sole gives 0.010"), "{refused}");
+    }
+
+    #[test]
+    fn a_gait_for_another_foot_is_refused_by_its_key() {
+        for (key, value) in [
+            ("body.ankle_height_m", "0.104"),
+            ("sole.left_ankle_in_sole_m", "[-0.014, -0.011]"),
+            ("sole.left_ankle_in_sole_m", "[-0.015, -0.012]"),
+            ("sole.length_m", "0.231"),
+            ("sole.width_m", "0.129"),
+        ] {
+            let refused = plan(&[&format!("gait.{key}={value}")]).expect_err("another foot").to_string();
+            assert!(refused.starts_with(&format!("gait.{key}")) && refused.contains("sole.toml"), "{refused}");
+        }
     }
 
     #[test]

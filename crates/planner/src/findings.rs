@@ -63,3 +63,31 @@ pub(crate) fn place(worst: &Worst) -> String {
     let Worst { time_s, step, kind, phase, .. } = worst;
     format!("at {time_s:.3} s (step {step}, {kind:?}, phase {phase})")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pattern::{PhaseKind, Side};
+
+    #[test]
+    fn every_constraint_is_told_with_the_right_word_on_either_side() {
+        let told = |quantity: Quantity, value: f64| {
+            let foot = Some(Side::Right);
+            amount(&Worst { quantity, value, phase: 7, kind: PhaseKind::SingleSupport, step: 3, time_s: 3.21, foot })
+        };
+        for (quantity, kept, broken) in [
+            (Quantity::StepTooLong, "below the largest step length", "above the largest step length"),
+            (Quantity::StepTooWide, "below the largest step width", "above the largest step width"),
+            (Quantity::FeetTooClose, "farther than the smallest gap", "nearer than the smallest gap"),
+            (Quantity::ZmpOutsidePolygon, "inside the ZMP's margin", "outside the ZMP's margin"),
+        ] {
+            for (value, number, word) in
+                [(-1.5e-3, "1.500 mm ", kept), (2e-3, "2.000 mm ", broken), (f64::NAN, "NaN", broken)]
+            {
+                let words = told(quantity, value);
+                assert!(words.starts_with(number) && words.contains(word), "{words}");
+                assert!(words.ends_with("the right foot"), "{words}");
+            }
+        }
+    }
+}

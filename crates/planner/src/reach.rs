@@ -106,3 +106,91 @@ impl LegReach for RobotLegs {
         LegClearance { extension_m, joint_rad: room(joint), joint }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use multibody::FrameIndex;
+    use std::path::Path;
+
+    /// The robot that ships, with the means to stand it up by joint angles.
+    struct Standing {
+        robot: Robot,
+        model: Model,
+        joints: [[JointIndex; 6]; 2],
+        ankles: [FrameIndex; 2],
+    }
+
+    fn standing() -> Standing {
+        let robot = Robot::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4")).expect("it ships");
+        let (model, _) = walking_model(&robot).expect("it ships");
+        let names = leg_joints(&robot).expect("it ships");
+        let joints = names.each_ref().map(|leg| std::array::from_fn(|i| model.joint(&leg[i]).expect("a joint")));
+        let ankles = [0, 1].map(|foot| model.frame(&robot.description.feet[foot].ankle_frame).expect("a frame"));
+        Standing { robot, model, joints, ankles }
+    }
+
+    impl Standing {
+        /// Ankle and the centre of mass that goes with the base, the base upright with a heading somewhere, the leg bent by `angles`.
+        fn by_forward_kinematics(&self, leg: Side, angles: &[f64; 6], heading_rad: f64) -> (Transform, Vec3) {
+            let mut q: Configuration = self.model.neutral();
+            q.base = Transform::new(so3::about_z(heading_rad), Vec3::new(0.3, -1.2, 0.8));
+            for (joint, angle) in self.joints[leg.index()].iter().zip(angles) {
+                q.joints[joint.0] = *angle;
+            }
+            let mut workspace = Workspace::new(&self.model);
+            multibody::forward_kinematics(&self.model, &mut workspace, &q);
+            let com = q.base.translation + q.base.rotation * com_in_base(&self.model, &self.robot);
+            (workspace.placement(&self.model, self.ankles[leg.index()]), com)
+        }
+    }
+
+    /// Joint angles within and beyond their limits, through forward kinematics and back: the room is that of the worst joint.
+    #[test]
+    fn the_room_of_a_leg_is_that_of_the_joints_that_put_it_there() {
+        let standing = standing();
+        let legs = RobotLegs::new(&standing.robot).expect("it ships");
+        for leg in Side::BOTH {
+            let limits = legs.limits[leg.index()];
+            for sample in 1..=500_u32 {
+                // Weyl's sequence over ranges that are a tenth wider on each side; the knee stays bent, its other solution mirrors it.
+                let share =
+                    |joint: usize| (f64::from(sample) * [2.0_f64, 3.0, 5.0, 7.0, 11.0, 13.0][joint].sqrt()).fract();
+                let angles: [f64; 6] = std::array::from_fn(|joint| {
+                    let (lower, upper) = (limits[joint].lower, limits[joint].upper);
+                    let beyond = if joint == 3 { 0.0 } else { 0.1 * (upper - lower) };
+                    lower.max(if joint == 3 { 0.02 } else { lower }) - beyond + (upper - lower + beyond) * share(joint)
+                });
+                let rooms = [0, 1, 2, 3, 4, 5].map(|j| (angles[j] - limits[j].lower).min(limits[j].upper - angles[j]));
+                let worst = (0..6).min_by(|a, b| rooms[*a].total_cmp(&rooms[*b])).expect("six");
+                let heading_rad = 6.0 * share(0) - 3.0;
+                let (ankle, com) = standing.by_forward_kinematics(leg, &angles, heading_rad);
+                let found = legs.clearance(leg, &com, heading_rad, &ankle);
+                let message = format!("{leg:?} {angles:?}: {found:?}, {rooms:?}");
+                assert!((found.joint_rad - rooms[worst]).abs() < 1e-9 && found.joint == worst, "{message}");
+                // As far as the ankle is from the hip, so much shorter than stretched it is.
+                assert!(found.extension_m > 0.0, "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_leg_with_its_knee_at_the_limit_is_as_long_as_it_gets() {
+        let standing = standing();
+        let legs = RobotLegs::new(&standing.robot).expect("it ships");
+        for leg in Side::BOTH {
+            let straightest = legs.limits[leg.index()][3].lower.max(0.0);
+            for (knee, shorter_m) in [(straightest, 0.0), (straightest + 1.0, 0.05)] {
+                let (ankle, com) = standing.by_forward_kinematics(leg, &[0.1, -0.05, -0.4, knee, 0.2, 0.03], 0.7);
+                let found = legs.clearance(leg, &com, 0.7, &ankle).extension_m;
+                assert!(
+                    if shorter_m == 0.0 { found.abs() < 1e-12 } else { found > shorter_m },
+                    "{leg:?} {knee}: {found}"
+                );
+                // A COM that much higher takes the hip away along the leg, or nearly so.
+                let lifted = legs.clearance(leg, &(com + Vec3::new(0.0, 0.0, 0.01)), 0.7, &ankle).extension_m;
+                assert!((0.005..=0.01).contains(&(found - lifted)), "{leg:?}: {lifted} after {found}");
+            }
+        }
+    }
+}

@@ -140,6 +140,58 @@ fn beginning_with_few_rows_ends_at_the_same_optimum() {
 }
 
 #[test]
+fn rows_that_are_broken_by_little_are_not_left_out() {
+    // min (x - 1)^2 / 2, x <= 1 - 1e-5 by a row that does not take part at first.
+    let mut problem = program(&DMatrix::identity(1, 1), &[-1.0]);
+    problem.C = SparseMatrix::from_dense(&DMatrix::identity(1, 1));
+    problem.l = DVector::from_element(1, -INF);
+    problem.u = DVector::from_element(1, 1.0 - 1e-5);
+    let report = qp::solve_generating(&problem, &[false], &Settings::default()).expect("well formed");
+    assert!((report.x[0] - problem.u[0]).abs() < 1e-9, "{}", report.x[0]);
+    // Iterations are those of all rounds: one without the row, one with it.
+    let alone = solve(&problem, &Settings::default()).expect("well formed");
+    assert!(report.iterations > alone.iterations, "{} after {}", report.iterations, alone.iterations);
+    // Contradictory from the start: the round that found out counts, too.
+    problem.l[0] = 3.0;
+    problem.u[0] = INF;
+    problem.ub[0] = 2.0;
+    let [part, whole] = [[true], [false]]
+        .map(|first| qp::solve_generating(&problem, &first, &Settings::default()).expect("well formed"));
+    let alone = solve(&problem, &Settings::default()).expect("well formed");
+    assert_eq!((part.status, whole.status), (Status::Infeasible, Status::Infeasible));
+    assert!(part.iterations > alone.iterations && whole.iterations > alone.iterations);
+}
+
+/// Each residual is relative to the terms that should cancel: units of cost, rows and unknowns do not matter once they are large.
+#[test]
+fn residuals_are_relative_to_what_should_cancel() {
+    let zero = DVector::zeros(0);
+    let residuals = |scale: f64, x: f64, y: f64| {
+        let mut problem = program(&DMatrix::from_element(1, 1, scale), &[-scale]);
+        problem.ub[0] = 0.5;
+        problem.residuals(&DVector::from_element(1, x), &zero, &zero, &DVector::from_element(1, y))
+    };
+    for scale in [1e3, 1e9] {
+        let off = residuals(scale, 0.5, 0.501 * scale);
+        assert!((off.stationarity - 1e-3).abs() < 1e-6, "{off:?}");
+        let off = residuals(scale, 0.499, 0.5 * scale);
+        assert!((off.complementarity - 1e-3).abs() < 1e-6, "{off:?}");
+    }
+    // Equalities and lower sides count like upper ones.
+    let mut problem = program(&DMatrix::identity(1, 1), &[0.0]);
+    problem.A = SparseMatrix::from_dense(&DMatrix::identity(1, 1));
+    problem.b = DVector::from_element(1, 0.5);
+    let at = |problem: &QuadraticProgram, x: f64| {
+        let y_eq = DVector::zeros(problem.b.len());
+        problem.residuals(&DVector::from_element(1, x), &y_eq, &zero, &DVector::zeros(1)).feasibility
+    };
+    assert!((at(&problem, 0.3) - 0.2).abs() < 1e-15);
+    let mut problem = program(&DMatrix::identity(1, 1), &[0.0]);
+    problem.lb[0] = 0.5;
+    assert!((at(&problem, 0.3) - 0.2).abs() < 1e-15);
+}
+
+#[test]
 fn residuals_see_every_kind_of_error() {
     let mut problem = program(&DMatrix::identity(2, 2), &[-1.0, 0.0]);
     problem.ub[0] = 0.5;
@@ -187,6 +239,25 @@ fn an_infeasible_program_names_the_rows_that_contradict_each_other_and_nothing_e
 }
 
 #[test]
+fn the_least_violation_counts_equalities_and_the_heaviest_row_comes_first() {
+    // x0 + x1 = 3 with x0 <= 1 and x1 <= 1: one is missing, at best a half in each.
+    let mut problem = program(&DMatrix::identity(2, 2), &[0.0; 2]);
+    problem.A = SparseMatrix::from_dense(&DMatrix::from_row_slice(1, 2, &[1.0, 1.0]));
+    problem.b = DVector::from_element(1, 3.0);
+    problem.ub = DVector::from_element(2, 1.0);
+    let report = solve(&problem, &Settings::default()).expect("well formed");
+    assert!((problem.least_violation(&report) - 0.5).abs() < 1e-8);
+    // x >= 2 by a row, 3 x <= 3 by another: the certificate is 3 of the first and 1 of the second.
+    let mut problem = program(&DMatrix::identity(1, 1), &[0.0]);
+    problem.C = SparseMatrix::from_dense(&DMatrix::from_row_slice(2, 1, &[3.0, 1.0]));
+    problem.l = DVector::from_vec(vec![-INF, 2.0]);
+    problem.u = DVector::from_vec(vec![3.0, INF]);
+    let conflict = solve(&problem, &Settings::default()).expect("well formed").conflict(1e-3);
+    assert_eq!(conflict.iter().map(|c| c.row).collect::<Vec<_>>(), [Row::Inequality(1), Row::Inequality(0)]);
+    assert!((conflict[0].weight + 1.0).abs() < 1e-8 && (conflict[1].weight - 1.0 / 3.0).abs() < 1e-8, "{conflict:?}");
+}
+
+#[test]
 fn contradicting_equalities_are_named_too() {
     let mut problem = program(&DMatrix::identity(2, 2), &[0.0; 2]);
     problem.A = SparseMatrix::from_dense(&DMatrix::from_row_slice(3, 2, &[1.0, 1.0, 2.0, 2.0, 1.0, -1.0]));
@@ -222,6 +293,23 @@ fn arrays_that_do_not_fit_are_refused_by_name() {
     let mut infinite = good.clone();
     infinite.c[0] = INF;
     assert!(matches!(infinite.check(), Err(ProblemError::NotFinite { array: "c", index: 0, .. })));
+    type Sides = fn(&mut QuadraticProgram) -> &mut DVector<f64>;
+    let sides: [(&str, Sides); 4] =
+        [("l", |p| &mut p.l), ("u", |p| &mut p.u), ("lb", |p| &mut p.lb), ("ub", |p| &mut p.ub)];
+    for (name, side) in sides {
+        let mut problem = good.clone();
+        problem.C = SparseMatrix::from_dense(&DMatrix::identity(2, 2));
+        (problem.l, problem.u) = (DVector::repeat(2, -INF), DVector::repeat(2, INF));
+        assert_eq!(problem.check(), Ok(()));
+        side(&mut problem)[1] = f64::NAN;
+        assert!(
+            matches!(problem.check(), Err(ProblemError::NotFinite { array, index: 1, .. }) if array == name),
+            "{name}"
+        );
+        // No number is at least infinite, none at most minus infinite.
+        side(&mut problem)[1] = if name.starts_with('l') { INF } else { -INF };
+        assert!(matches!(problem.check(), Err(ProblemError::Crossed { index: 1, .. })), "{name}");
+    }
     let mut crossed = good.clone();
     (crossed.lb[1], crossed.ub[1]) = (1.0, -1.0);
     let error = solve(&crossed, &Settings::default()).expect_err("crossed");

@@ -1,7 +1,7 @@
 //! The planner's checks see what they are there for: each is shown a pattern with one defect.
 
 use crate::support::straight;
-use gait::{CheckReport, GaitSettings, LegClearance, LegReach, Plan, Quantity, RodLegs, check, plan};
+use gait::{CheckReport, GaitSettings, LegClearance, LegReach, Plan, Quantity, RodLegs, Walk, check, plan};
 use pattern::{PhaseKind, Side};
 use spatial::{Transform, Vec3};
 
@@ -65,6 +65,89 @@ fn every_defect_is_seen_with_phase_and_amount() {
     let worst = far.largest_violation().expect("checked");
     assert_eq!((worst.quantity, worst.step), (Quantity::StepTooLong, 1), "{worst:?}");
     assert!((worst.value - 0.15).abs() < 1e-12, "{worst:?}");
+    // The right foot lands 0.4 m farther out: 0.163 + 0.4 m from the left ankle, where 0.35 m are allowed.
+    let wide = checked(|plan| plan.landings[0].1.y_m -= 0.4);
+    let worst = wide.largest_violation().expect("checked");
+    assert_eq!((worst.quantity, worst.step, worst.foot), (Quantity::StepTooWide, 1, Some(Side::Right)), "{worst:?}");
+    assert!((worst.value - 0.213).abs() < 1e-12, "{worst:?}");
+    for end in [0, 9] {
+        let moving = checked(|plan| plan.pattern.phases[end].com[0].polynomial.0[1] += 0.01);
+        assert!(moving.value(Quantity::SpeedAtEnds) > 0.0099, "phase {end}");
+    }
+}
+
+/// The gap between turned feet by their corners: no corner of one sole comes nearer to the (endless) inner edge of the other.
+#[test]
+fn the_gap_between_turned_feet_is_that_of_their_corners() {
+    for (radius_m, turn_rad) in [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.15), (0.0, -0.15)] {
+        let mut settings = straight(6);
+        settings.start.ankle_distance_m = 0.25;
+        settings.walk = if turn_rad == 0.0 {
+            Walk::Circle { swings: 6, step_length_m: 0.1, radius_m }
+        } else {
+            Walk::InPlace { swings: 6, turn_per_swing_rad: turn_rad }
+        };
+        let plan = plan(&settings).expect("feasible");
+        let half = settings.start.ankle_distance_m / 2.0;
+        let mut standing = [half, -half].map(|y_m| pattern::Foothold { x_m: 0.0, y_m, yaw_rad: 0.0 });
+        let mut smallest_m = f64::INFINITY;
+        for (side, landing) in &plan.landings {
+            standing[side.index()] = *landing;
+            for (foot, other) in [(Side::Left, Side::Right), (Side::Right, Side::Left)] {
+                let [f, o] = [foot, other].map(|side| standing[side.index()]);
+                // Seen from a foot in its own axes, the other one's corners lie beyond its inner edge, 0.054 m from the ankle.
+                for (x_m, y_m) in corners(other) {
+                    let at = o.offset(nalgebra::Vector2::new(x_m, y_m));
+                    let (dx, dy) = (at.x_m - f.x_m, at.y_m - f.y_m);
+                    let across = f.yaw_rad.cos() * dy - f.yaw_rad.sin() * dx;
+                    smallest_m = smallest_m.min(-foot.sign() * across - 0.054);
+                }
+            }
+        }
+        let found = check(&plan, &settings, 1e-2, None).value(Quantity::FeetTooClose);
+        let expected = settings.limits.feet_gap_min_m - smallest_m;
+        assert!((found - expected).abs() < 1e-12, "radius {radius_m}, turn {turn_rad}: {found} and {expected}");
+    }
+
+    /// From the ankle: HRP-4's soles reach 0.13 m forward, 0.1 m back, 0.054 m inwards, 0.076 m outwards.
+    fn corners(side: Side) -> [(f64, f64); 4] {
+        let (inner, outer) = (-side.sign() * 0.054, side.sign() * 0.076);
+        [(0.13, inner), (0.13, outer), (-0.1, inner), (-0.1, outer)]
+    }
+}
+
+/// The legs are asked with the COM, both ankles, and the body turned half-way between the feet.
+#[test]
+fn the_body_looks_half_way_between_the_feet() {
+    use std::cell::RefCell;
+    #[derive(Default)]
+    struct Seen(RefCell<Vec<(Side, f64, f64)>>);
+    impl LegReach for Seen {
+        fn clearance(&self, leg: Side, _: &Vec3, heading_rad: f64, ankle: &Transform) -> LegClearance {
+            let yaw = ankle.rotation[(1, 0)].atan2(ankle.rotation[(0, 0)]);
+            self.0.borrow_mut().push((leg, heading_rad, yaw));
+            LegClearance { extension_m: 1.0, joint_rad: 1.0, joint: 0 }
+        }
+    }
+    let mut settings = straight(4);
+    // Past the half turn, where angles jump.
+    settings.start.yaw_rad = 3.1;
+    settings.walk = Walk::InPlace { swings: 4, turn_per_swing_rad: 0.1 };
+    let seen = Seen::default();
+    let reach = check(&plan(&settings).expect("feasible"), &settings, 5e-3, Some(&seen)).reach.expect("asked for");
+    assert!(reach.is_walkable());
+    let mut apart = 0.0_f64;
+    for pair in seen.0.into_inner().chunks(2) {
+        let [(Side::Left, heading, left), (Side::Right, same, right)] = pair else { panic!("{pair:?}") };
+        assert_eq!(heading, same);
+        let from = |yaw: f64| (yaw - heading).sin();
+        assert!((from(*left) + from(*right)).abs() < 1e-12 && (left - heading).cos() > 0.9, "{pair:?}");
+        apart = apart.max(from(*left).abs());
+    }
+    assert!((apart - 0.05_f64.sin()).abs() < 1e-6, "the feet turn 0.1 rad after each other");
+    let beyond = gait::TightestReach { joint: (-1e-9, 0.0, Side::Left, 0), ..reach };
+    let stretched = gait::TightestReach { extension: (-1e-9, 0.0, Side::Left), ..reach };
+    assert!(!beyond.is_walkable() && !stretched.is_walkable());
 }
 
 #[test]
@@ -110,18 +193,22 @@ fn legs_that_answer_with_a_nan_are_not_called_able() {
 
 #[test]
 fn friction_demand_is_the_steepest_force() {
-    let settings = straight(3);
-    let plan = plan(&settings).expect("feasible");
-    let report = check(&plan, &settings, 1e-3, None);
-    let mut steepest = 0.0_f64;
-    let mut t = 0.0;
-    while t < plan.pattern.duration_s() {
-        for foot in plan.pattern.evaluate(t).feet.iter().filter(|foot| foot.force.z > 1.0) {
-            steepest = steepest.max(foot.force.xy().norm() / foot.force.z);
+    // On Earth and on the Moon.
+    for gravity_m_per_s2 in [9.81, 1.62] {
+        let mut settings = straight(3);
+        settings.body.gravity_m_per_s2 = gravity_m_per_s2;
+        let plan = plan(&settings).expect("feasible");
+        let report = check(&plan, &settings, 1e-3, None);
+        let mut steepest = 0.0_f64;
+        let mut t = 0.0;
+        while t < plan.pattern.duration_s() {
+            for foot in plan.pattern.evaluate(t).feet.iter().filter(|foot| foot.force.z > 1.0) {
+                steepest = steepest.max(foot.force.xy().norm() / foot.force.z);
+            }
+            t += 1e-3;
         }
-        t += 1e-3;
+        assert!((report.value(Quantity::FrictionDemand) - steepest).abs() < 1e-4 * steepest);
     }
-    assert!((report.value(Quantity::FrictionDemand) - steepest).abs() < 1e-4 * steepest);
 }
 
 /// HRP-4: hips 0.0331 m below the COM in half-sitting, straight legs of 0.358 + 0.34115 m offset by 0.01905 m.

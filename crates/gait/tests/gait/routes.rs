@@ -22,6 +22,18 @@ fn sideways_opens_and_closes() {
 }
 
 #[test]
+fn the_last_swing_sideways_closes_whichever_foot_it_moves() {
+    // Opening, closing, opening, closing; the fifth swing has nothing left to do: an opening would leave the feet apart.
+    for (step_width_m, first_swing) in [(0.06, Side::Left), (-0.06, Side::Right)] {
+        let mut settings = walking(Walk::Sideways { swings: 5, step_width_m });
+        settings.start.first_swing = first_swing;
+        let end = planned("sideways", &settings, BETWEEN_SAMPLES_M).pattern.evaluate(f64::INFINITY);
+        assert!((end.com.position.y - 2.0 * step_width_m).abs() < 1e-12);
+        assert!((end.feet[0].ankle_foothold.y_m - end.feet[1].ankle_foothold.y_m - 0.163).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn a_circle_is_followed_and_feet_stand_across_the_path() {
     let radius = 0.9;
     let settings = walking(Walk::Circle { swings: 20, step_length_m: 0.1, radius_m: radius });
