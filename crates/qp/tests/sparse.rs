@@ -141,8 +141,9 @@ fn beginning_with_few_rows_ends_at_the_same_optimum() {
 
 #[test]
 fn rows_that_are_broken_by_little_are_not_left_out() {
-    // min (x - 1)^2 / 2, x <= 1 - 1e-5 by a row that does not take part at first.
-    let mut problem = program(&DMatrix::identity(1, 1), &[-1.0]);
+    // min (x - 3)^2 / 2, x <= 1 by its bound and x <= 1 - 1e-5 by a row that does not take part at first.
+    let mut problem = program(&DMatrix::identity(1, 1), &[-3.0]);
+    problem.ub[0] = 1.0;
     problem.C = SparseMatrix::from_dense(&DMatrix::identity(1, 1));
     problem.l = DVector::from_element(1, -INF);
     problem.u = DVector::from_element(1, 1.0 - 1e-5);
