@@ -289,6 +289,48 @@ fn what_a_killed_recorder_left_is_recovered_up_to_the_last_flush() {
 }
 
 #[test]
+fn messages_are_at_the_time_of_their_tick_and_counted_by_topic() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("walk.mcap");
+    let mut writer = Writer::create(&path, &info(), settings()).expect("writable");
+    for tick in [-1, 0, 400] {
+        let state = RobotState { header: Header::new(tick, 7), ..RobotState::ZERO };
+        writer.record(topic::ROBOT_STATE, &state).expect("room");
+    }
+    writer.finish().expect("room");
+    let file = std::fs::read(&path).expect("readable");
+    let messages = mcap::MessageStream::new(&file).expect("finished").map(|message| message.expect("whole"));
+    let found: Vec<_> = messages.map(|message| (message.sequence, message.log_time, message.publish_time)).collect();
+    // 5 ms a tick; nothing is before the beginning.
+    assert_eq!(found, [(0, 0, 0), (1, 0, 0), (2, 2_000_000_000, 2_000_000_000)]);
+}
+
+#[test]
+fn other_versions_and_damaged_messages_are_errors_that_name_them() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let refused = |schema: &str, content: &[u8]| {
+        let path = folder.path().join("other.mcap");
+        let mut writer = mcap::Writer::new(std::fs::File::create(&path).expect("writable")).expect("room");
+        let schema = writer.add_schema(schema, "protobuf", b"").expect("room");
+        let channel = writer.add_channel(schema, "/robot/state", "protobuf", &Default::default()).expect("room");
+        let header = mcap::records::MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
+        writer.write_to_known_channel(&header, content).expect("room");
+        writer.finish().expect("room");
+        let recording = Recording::open(&path).expect("finished");
+        assert!(recording.messages(topic::ROBOT_COMMAND).expect("of no other topic").is_empty());
+        recording.messages(topic::ROBOT_STATE).expect_err("of no use").to_string()
+    };
+    let message = refused("soleus.RobotStateV0", b"");
+    assert!(
+        message.ends_with("has `robot/state` as soleus.RobotStateV0, this build knows soleus.RobotStateV1"),
+        "{message}"
+    );
+    // A key whose length is beyond the end.
+    let message = refused("soleus.RobotStateV1", &[0x0a, 0x7f]);
+    assert!(message.ends_with("message 0 of `robot/state` is damaged"), "{message}");
+}
+
+#[test]
 fn an_empty_or_foreign_file_is_an_error_that_names_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("x.mcap");

@@ -143,9 +143,7 @@ impl Config {
             }
             Problem::Unknown { nearest: nearest(&found, &known), known }
         } else if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
-            if key.last().is_none_or(|last| last != name) {
-                key.push(name.to_string());
-            }
+            key.push(name.to_string());
             Problem::Missing
         } else {
             Problem::Invalid { reason: message.to_string() }

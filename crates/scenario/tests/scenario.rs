@@ -111,6 +111,11 @@ fn an_unknown_key_names_file_line_and_the_nearest_known_one() {
         message(PLANNER, &["gait.zzz=1"]),
         "command line (--set): `gait.zzz`: unknown; known here: lambda, step_duration_s, level"
     );
+    // Half of its letters are other ones: nobody meant that.
+    assert_eq!(
+        message(PLANNER, &["gait.gamma=1"]),
+        "command line (--set): `gait.gamma`: unknown; known here: lambda, step_duration_s, level"
+    );
     assert_eq!(
         message(&PLANNER.replace("{ x_m = 0.2 }", "{ xm = 0.2 }"), &[]),
         "/here/planner.toml:3: `footsteps.1.xm`: unknown; did you mean `x_m`?"
@@ -140,6 +145,23 @@ fn a_missing_key_is_named_with_its_file() {
         message(&PLANNER.replace("lambda = 0.6", ""), &[]),
         "/here/planner.toml:5: `gait.lambda`: missing; the configuration that ships documents it, copy it from there"
     );
+}
+
+#[test]
+fn a_missing_key_is_named_in_full_even_if_it_is_called_as_its_table() {
+    #[derive(Debug, Deserialize)]
+    struct Outer {
+        #[expect(dead_code, reason = "never read")]
+        level: Inner,
+    }
+    #[derive(Debug, Deserialize)]
+    struct Inner {
+        #[expect(dead_code, reason = "never read")]
+        level: f64,
+    }
+    let config = Config::from_text(Path::new("/x.toml"), "[level]".to_string()).expect("TOML");
+    let message = config.parse::<Outer>().expect_err("incomplete").to_string();
+    assert!(message.starts_with("/x.toml:1: `level.level`: missing"), "{message}");
 }
 
 #[test]
@@ -268,6 +290,8 @@ fn another_sole_is_given_to_every_process_and_the_command_line_chooses_last() {
     assert_eq!(sole_of(&files.load(&[]).expect("correct")), named("thick"));
     let chosen = format!("sole_file={}", root.join("robots/thin.toml").display());
     assert_eq!(sole_of(&files.load(&[&chosen]).expect("correct")), named("thin"));
+    let before = format!("sole_file={}", root.join("robots/thick.toml").display());
+    assert_eq!(sole_of(&files.load(&[&before, &chosen]).expect("correct")), named("thin"), "the last word counts");
     let missing = Files::new(&format!("sole_file = \"../robots/thick.toml\"\n{FLAT}")).message(&[]);
     assert_eq!(
         missing,
