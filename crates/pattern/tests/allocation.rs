@@ -1,36 +1,15 @@
-//! The 200 Hz processes evaluate pattern and swing at every tick: neither may allocate. One test per binary, for the counter
-//! counts everything.
+//! The 200 Hz processes evaluate pattern and swing at every tick: neither may allocate.
 
 use pattern::{
     AnkleState, ComSolution, FootPhase, Foothold, Load, PATTERN_VERSION, Phase, PhaseKind, Quintic, Side,
     SwingTrajectory, WalkPattern,
 };
 use spatial::{Transform, Vec3};
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::hint::black_box;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-#[allow(unsafe_code)] // a counting allocator cannot be written otherwise; it only forwards
-// SAFETY: every call is forwarded unchanged to the system allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
+fn allocations(work: impl FnOnce()) -> u64 {
+    allocation_counter::measure(work).count_total
 }
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 fn standing() -> WalkPattern {
     let foothold =
@@ -61,20 +40,21 @@ fn standing() -> WalkPattern {
 
 #[test]
 fn evaluating_allocates_nothing_and_the_counter_counts() {
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    let pattern = black_box(standing());
-    assert!(ALLOCATIONS.load(Ordering::Relaxed) > before, "the counter sees the phases being collected");
+    let mut pattern = None;
+    assert!(allocations(|| pattern = Some(black_box(standing()))) > 0, "the counter sees the phases being collected");
+    let pattern = pattern.expect("made above");
     pattern.check().expect("well formed");
     let from = AnkleState::at_rest(Transform::identity());
     let to = Transform::from_translation(Vec3::new(0.1, 0.0, 0.0));
 
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    for i in 0..10_000 {
-        black_box(pattern.evaluate(black_box(f64::from(i) * 0.005 - 1.0)));
-    }
-    let swing = SwingTrajectory::new(black_box(&from), &to, 0.0, 0.8, 0.04);
-    for i in 0..1000 {
-        black_box(swing.evaluate(f64::from(i) * 1e-3));
-    }
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
+    let count = allocations(|| {
+        for i in 0..10_000 {
+            black_box(pattern.evaluate(black_box(f64::from(i) * 0.005 - 1.0)));
+        }
+        let swing = SwingTrajectory::new(black_box(&from), &to, 0.0, 0.8, 0.04);
+        for i in 0..1000 {
+            black_box(swing.evaluate(f64::from(i) * 1e-3));
+        }
+    });
+    assert_eq!(count, 0);
 }

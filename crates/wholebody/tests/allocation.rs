@@ -1,5 +1,4 @@
 //! A step allocates nothing, and the guard that says so works.
-#![allow(unsafe_code)] // an allocator is unsafe by its trait; this one counts and passes on
 #![allow(non_snake_case)] // monogram notation
 
 #[path = "support/mod.rs"]
@@ -7,51 +6,12 @@ mod support;
 
 use nalgebra::DVector;
 use spatial::Vec3;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
 use wholebody::observer::{BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
 use wholebody::{AnsweredBy, FeedbackRates, Integration, RobotState, StateIntegrator, StepStatus, WholeBody};
 
-struct Counting;
-
-thread_local! {
-    /// Only this thread's allocations count: the test harness has its own.
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-fn note() {
-    // During a thread's end the counter is gone; nothing is measured then.
-    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
-}
-
-// SAFETY: every call goes to the system allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        note();
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        note();
-        // SAFETY: the caller's promise is passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 fn allocations(work: impl FnOnce()) -> u64 {
-    let before = COUNT.with(Cell::get);
-    work();
-    COUNT.with(Cell::get) - before
+    allocation_counter::measure(work).count_total
 }
 
 #[test]
