@@ -2,6 +2,7 @@
 //!
 //! The cases run one after the other: a walk is five busy processes, and several at a time would only wait for each other.
 
+mod feedback;
 mod mistakes;
 mod programs;
 mod replay;
