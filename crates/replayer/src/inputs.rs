@@ -34,14 +34,10 @@ impl<T: Message> Messages<T> {
 
     /// That no tick is missing from `first` to the last.
     fn complete_from(self, first: i64) -> Result<Self, ReplayError> {
-        let mut expected = first;
-        for &tick in self.by_tick.keys() {
-            if tick != expected {
-                return Err(ReplayError::Gap { topic: self.topic, tick, lost: tick - expected });
-            }
-            expected += 1;
+        match (first..).zip(self.by_tick.keys()).find(|(expected, tick)| expected != *tick) {
+            Some((expected, &tick)) => Err(ReplayError::Gap { topic: self.topic, tick, lost: tick - expected }),
+            None => Ok(self),
         }
-        Ok(self)
     }
 
     /// That there is any.

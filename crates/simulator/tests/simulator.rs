@@ -1,5 +1,6 @@
 //! The simulator behind its messages: which command moves the robot when, what is said of it, and when the run is over. The robot falls
 //! from two metres without touching anything, so that every number is known.
+#![allow(non_snake_case)] // monogram notation
 
 use messages::code::{Fall, Mode, Reason};
 use messages::{CONTROL_PERIOD_S, Header, RobotCommand, Truth, WalkStart};
@@ -295,7 +296,9 @@ fn figures_compare_the_walk_with_its_plan() {
     assert!((tilt.max - angle).abs() < 1e-3 && angle > 0.2, "{tilt:?} not {angle}");
     // What comes after the walk is none of it.
     simulator.take_command(&RobotCommand { mode: Mode::Finished.code(), ..at(&plan, 29) });
-    (0..5).for_each(|_| drop(simulator.advance()));
+    for _ in 0..5 {
+        simulator.advance();
+    }
     assert_eq!(simulator.figures().com_error_m.count, 20);
 }
 
