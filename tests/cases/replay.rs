@@ -50,9 +50,16 @@ fn every_process_of_a_walk_says_the_same_again_to_the_bit_and_with_other_setting
     assert_eq!(facts["replay settings"], "tasks.com.weight=5000.0");
     assert_eq!(facts["vector_instructions"], node::vector_instructions(), "what bits depend on is in every recording");
 
-    let (code, _, stderr) = replay(&recording, "controller", &["--set", "tasks.com.weigth=5e3"]);
+    let unborn = run.folder().join("unborn.mcap");
+    let misspelt = ["--set", "tasks.com.weigth=5e3", "--out", unborn.to_str().expect("a plain name")];
+    let (code, _, stderr) = replay(&recording, "controller", &misspelt);
     assert_eq!(code, Some(2), "{stderr}");
     assert!(stderr.contains("did you mean `weight`"), "{stderr}");
+    let files = std::fs::read_dir(run.folder()).expect("it is there").flatten().map(|file| file.file_name());
+    assert!(!files.into_iter().any(|file| file.to_string_lossy().contains("unborn")), "nothing half-written stays");
+    let (code, _, stderr) = replay(&recording, "controller", &["--out", recording.to_str().expect("a plain name")]);
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("that is the recording itself"), "{stderr}");
     let (code, _, stderr) = replay(&run.folder().join("no.mcap"), "controller", &[]);
     assert_eq!(code, Some(2), "{stderr}");
     assert!(stderr.contains("no.mcap"), "{stderr}");

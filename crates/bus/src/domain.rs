@@ -10,7 +10,7 @@ use messages::code::Process;
 use messages::{Message, Topic};
 use std::path::{Path as FilePath, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Name of a domain: lower-case letters, digits and `-`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -146,11 +146,11 @@ impl Domain {
         let until = Instant::now() + patience;
         loop {
             if let Seen::Alive(owner) = look(&name.ready_path()) {
-                let joined = Self::join_owned_by(owner, name, process, &config);
+                let joined = Self::join_owned_by(owner.clone(), name, process, &config);
                 // Whoever owned it may have ended meanwhile, and with it gone whatever we made or looked for.
                 match joined {
                     Ok(domain) if domain.owner_is_alive() => return Ok(domain),
-                    Err(error) if matches!(look(&name.ready_path()), Seen::Alive(_)) => return Err(error),
+                    Err(error) if look(&name.ready_path()) == Seen::Alive(owner) => return Err(error),
                     _ => {}
                 }
             }
@@ -169,7 +169,10 @@ impl Domain {
             let _ = std::fs::remove_file(path);
         }
         let dead_before = Process::ALL.iter().flat_map(|other| name.dead_members(*other)).collect();
-        let path = name.members_path().join(format!("{}-{}-{number}", process.word(), std::process::id()));
+        // Numbers of processes return, and are not one's own in containers that share a folder; the time does not.
+        let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
+        let member = format!("{}-{}-{number}-{since}", process.word(), std::process::id());
+        let path = name.members_path().join(member);
         let life = Life::begin(path.clone(), "").map_err(|source| JoinError::File { path, source })?;
         let node_name = NodeName::new(process.word()).expect("a process's word is a short name");
         let node = NodeBuilder::new()

@@ -57,12 +57,16 @@ impl Drop for Life {
 
 /// Looks at a file made by [`Life::begin`].
 pub(crate) fn look(path: &Path) -> Seen {
-    let Ok(file) = File::open(path) else { return Seen::Nothing };
+    File::open(path).map_or(Seen::Nothing, |file| judge(path, file))
+}
+
+fn judge(path: &Path, file: File) -> Seen {
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => std::io::read_to_string(file).map_or(Seen::Nothing, Seen::Alive),
-        // Closing the file gives the lock back, and nobody will ever ask for more than a look.
-        Ok(()) => Seen::Dead,
-        Err(TryLockError::Error(_)) => Seen::Nothing,
+        // Closing the file gives the lock back, and nobody will ever ask for more than a look. Who ended in order after the file was
+        // opened removed its name first.
+        Ok(()) if path.exists() => Seen::Dead,
+        Ok(()) | Err(TryLockError::Error(_)) => Seen::Nothing,
     }
 }
 
@@ -86,6 +90,11 @@ mod tests {
         life.ends_badly();
         drop(life);
         assert_eq!(look(&path), Seen::Dead);
+
+        let life = Life::begin(path.clone(), "text").expect("writable");
+        let opened = File::open(&path).expect("it is there");
+        drop(life);
+        assert_eq!(judge(&path, opened), Seen::Nothing, "it ended in order while somebody looked");
 
         let other = folder.path().join("other");
         let panicked = std::thread::scope(|scope| {

@@ -2,7 +2,7 @@
 //!
 //! A measurement is used when it is one of a robot that stands where the plan has it: newer than the last one, without a fault that the
 //! driver reports, finite, joints and rates near what they may be, an orientation that is one, and a base within
-//! `integration.distance_max_m` and `distance_max_rad` of the own one. Otherwise the step goes on from its own state alone, as in open loop,
+//! `integration.distance_max_m` and `distance_max_rad` of the own one. Otherwise the step goes on from its own state alone (soles go on yielding),
 //! until a good measurement comes; each one that is not used is counted, with the reason ([`Refused`]).
 //!
 //! **Time.** The command of tick `k` holds references for `k + 1`; the drives' ramp reaches them at `k + 2`. So the robot is one tick behind
@@ -112,6 +112,12 @@ impl Feedback {
         self.observer.estimate()
     }
 
+    /// Forgets where the soles were: another walk is to be walked.
+    pub fn restart(&mut self) {
+        self.anchors.clear();
+        self.soles = [SoleYield::new(self.settings.sole_yield()); 2];
+    }
+
     /// Remembers where the soles are at this tick; once per tick, whatever is measured.
     pub fn remember(&mut self, deformation: &SoleDeformation) {
         if self.anchors.len() == self.anchors_max {
@@ -153,6 +159,10 @@ impl Feedback {
         let feet = *self.anchors.front().ok_or(Refused::Stale)?;
         let (positions, rates) = (&self.measured.q.joints, &self.joint_rates);
         let measurement = Measurement { joints: positions, joint_rates: rates, imu_rotation, gyro, feet };
+        if ticks > 1 {
+            // One reading of the gyro says nothing of a turn over several ticks.
+            self.observer.forget_rotation();
+        }
         let estimate = self.observer.update(&measurement, ticks as f64 * CONTROL_PERIOD_S);
         self.last_tick = Some(tick);
         let away_m = (estimate.pose.translation - own.q.base.translation).norm();

@@ -23,7 +23,7 @@
 //! | the quadratic program contradicts itself | limits are widened by priority, counted ([`Summary`]) |
 //! | no usable solution | joints are brought to rest, the last torques kept; after 10 in a row the posture is held for good |
 //! | no deformation for this tick | the last one, up to 2 ticks old; then the posture is held |
-//! | feedback: a measurement is not finite, stale, faulty, impossible or far from the own state | not used: this step is open loop; counted, the first one is logged with its reason ([`Refused`]) |
+//! | feedback: a measurement is not finite, stale, faulty, impossible or far from the own state | not used: this step starts from the own state alone (soles go on yielding); counted, the first one is logged with its reason ([`Refused`]) |
 //! | the start configuration does not exist | safety stop with the joints that are at their limits |
 //! | the robot does not come to stand still | safety stop with the criterion that is not met, its value and its limit |
 #![allow(non_snake_case)] // monogram notation, see the style guide

@@ -248,7 +248,12 @@ impl ControllerProcess {
             let walk = read_pattern(header, phases)?;
             self.own_soles.check(&walk)?;
             self.pattern = Some((header.pattern_hash, walk));
+            // Nothing of the walk before is of any use to this one.
             self.state = None;
+            self.deformation = None;
+            if let Some(feedback) = &mut self.feedback {
+                feedback.restart();
+            }
         }
         Ok(())
     }

@@ -38,7 +38,7 @@ pub struct SolverSettings {
     pub tolerance: f64,
     /// Newton iterations per tick.
     pub iterations_max: usize,
-    /// Newton iterations in all when the direct attempt fails and the load is followed step by step; 0: never.
+    /// Newton iterations, of each of up to three ways, when the direct attempt fails and the load is followed step by step; 0: never.
     pub continuation_iterations_max: usize,
     /// Millions of multiplications per foot and tick in real time, where nothing is followed step by step: a tick that needs more is
     /// held, and the next one tries again. Not a time, so that a restarted estimator agrees to the bit here as well.

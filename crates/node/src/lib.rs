@@ -23,8 +23,8 @@
 //! # Pace
 //!
 //! *Lock-step*: whoever needs a message waits for it; time is the tick. [`Shell::wait`] looks again and again for some 40 us,
-//! then sleeps until woken, and every 100 ms looks whether it was asked to stop, whether the owner of the domain lives and
-//! whether the one it waits for has died. *Real time*: [`Pacer`] sleeps until absolute times; nobody waits for ever.
+//! then sleeps until woken, and looks every 100 ms whether it was asked to stop, every half a second whether the owner of the domain
+//! lives and whether the one it waits for has died. *Real time*: [`Pacer`] sleeps until absolute times; nobody waits for ever.
 //!
 //! ```no_run
 //! use messages::{RobotState, SoleDeformation, topic, code::Process};

@@ -79,7 +79,9 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
         print_effective(&config);
         return Ok(());
     }
-    let mut shell = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments)?;
+    let opened = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments);
+    // Who came as the owner left may have made what nobody else knows of.
+    let mut shell = opened.inspect_err(|_| bus::remove_abandoned(&arguments.domain))?;
     let end = program.run(&mut shell);
     let result = match end {
         Ok(End::Asked) => shell.announce(State::Stopping, Reason::Asked),
@@ -87,10 +89,12 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
         Err(failure) => {
             // The failure itself is what the caller must hear of, not that it could not be announced.
             let _ = shell.announce(State::Stopping, failure.reason());
-            shell.domain().ends_badly();
             Err(failure)
         }
     };
+    if result.is_err() {
+        shell.domain().ends_badly();
+    }
     drop((program, shell));
     bus::remove_abandoned(&arguments.domain);
     result

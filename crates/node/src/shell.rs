@@ -237,7 +237,8 @@ impl Shell {
         if self.heartbeat.elapsed() >= HEARTBEAT {
             self.report()?;
         }
-        if self.look_around.elapsed() < LOOK_AROUND {
+        // Whoever was asked to stop while it slept stops in order, even if the owner, or whom it waits for, is gone as well.
+        if self.look_around.elapsed() < LOOK_AROUND || self.stop.asked() {
             return Ok(());
         }
         self.look_around = Instant::now();

@@ -8,6 +8,7 @@ use serde::Deserialize;
 use std::io::Read;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// Far longer than anything here takes, even on a busy machine; only a hanging test meets it.
@@ -160,7 +161,9 @@ impl Setup {
     }
 
     fn arguments(&self, text: &str) -> String {
-        let path: PathBuf = self.folder.path().join(format!("{}.toml", text.len()));
+        // Each program has a file of its own: one may still be reading its when the next is written.
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let path: PathBuf = self.folder.path().join(format!("{}.toml", NUMBER.fetch_add(1, Ordering::Relaxed)));
         std::fs::write(&path, text).expect("writable");
         format!("--config {} --domain {}", path.display(), self.name)
     }

@@ -49,13 +49,15 @@ impl Program for RecorderProcess {
         let mut inputs = inputs.inputs;
         shell.ready()?;
         let mut flushed = Instant::now();
-        loop {
+        // Whatever ends it, the file is finished.
+        let end = loop {
             // Asked before looking: what was published before the wish to stop is stored.
             let last_round = shell.asked_to_stop();
             shell.cycle_starts();
             let mut drained = Drained { lost: recorder.dropped(), news: 0 };
-            for input in &mut inputs {
-                input.drain(&mut recorder, &mut drained)?;
+            let heard = inputs.iter_mut().try_for_each(|input| input.drain(&mut recorder, &mut drained));
+            if let Err(failure) = heard {
+                break Err(failure.into());
             }
             if flushed.elapsed().as_secs_f64() >= self.0.flush_period_s {
                 recorder.flush();
@@ -67,18 +69,21 @@ impl Program for RecorderProcess {
             }
             shell.figures().lost = drained.lost;
             shell.figures().stored_tick = recorder.last_tick();
-            if drained.news > 0 {
-                shell.cycle_ends(recorder.last_tick())?;
+            let goes_on = if drained.news > 0 {
+                shell.cycle_ends(recorder.last_tick())
             } else if last_round {
-                break;
+                break Ok(End::Asked);
             } else {
-                shell.idle(NAP)?;
+                shell.idle(NAP).map(drop)
+            };
+            if let Err(failure) = goes_on {
+                break Err(failure);
             }
-        }
+        };
         let stored = recorder.stored();
         let path = recorder.finish().map_err(Failure::running)?;
         tracing::info!("{stored} messages in {}", path.display());
-        Ok(End::Asked)
+        end
     }
 }
 

@@ -107,18 +107,25 @@ impl Comparison {
         });
     }
 
+    /// Whether there was anything to compare: nothing is not the same as the same.
+    fn compared_any(&self) -> bool {
+        self.topics.values().any(|topic| topic.compared > 0)
+    }
+
     /// Whether everything was said again, the same to the bit.
     #[must_use]
     pub fn identical(&self) -> bool {
-        self.topics.values().all(|topic| topic.missing + topic.new == 0 && topic.identical == topic.compared)
+        self.compared_any()
+            && self.topics.values().all(|topic| topic.missing + topic.new == 0 && topic.identical == topic.compared)
     }
 
     /// Whether everything was said again, no number differing by more than `tolerance` of the larger of its size and 1.
     #[must_use]
     pub fn within(&self, tolerance: f64) -> bool {
-        self.topics.values().all(|topic| {
-            topic.missing + topic.new == 0 && topic.fields.values().all(|field| field.relative() <= tolerance)
-        })
+        self.compared_any()
+            && self.topics.values().all(|topic| {
+                topic.missing + topic.new == 0 && topic.fields.values().all(|field| field.relative() <= tolerance)
+            })
     }
 }
 
@@ -179,9 +186,17 @@ mod tests {
         assert!(!comparison.within(0.99));
         for said in [(Some(WalkStart::default()), None), (None, Some(WalkStart::default()))] {
             let mut comparison = Comparison::default();
+            comparison.message(TOPIC, Some(&then), Some(&then));
+            assert!(comparison.within(0.0));
             comparison.message("walk/start", said.0.as_ref(), said.1.as_ref());
             assert!(!comparison.within(0.99) && !comparison.identical());
         }
+    }
+
+    #[test]
+    fn nothing_compared_is_nothing_proven() {
+        let comparison = Comparison::default();
+        assert!(!comparison.identical() && !comparison.within(0.99));
     }
 
     #[test]

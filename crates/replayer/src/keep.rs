@@ -2,12 +2,13 @@
 
 use crate::replay::Said;
 use messages::topic;
-use recording::{Recording, RunInfo, ViewerSettings, WriteError, Writer};
+use recording::{PARTIAL, Recording, RunInfo, ViewerSettings, WriteError, Writer};
 use std::path::{Path, PathBuf};
 
 /// A recording of what is said anew, under the topics of the run and with its files.
 pub struct Keeper {
     writer: Writer,
+    partial: PathBuf,
     failure: Option<WriteError>,
 }
 
@@ -17,7 +18,11 @@ impl Keeper {
     /// # Errors
     /// If the file cannot be made.
     pub fn create(path: &Path, info: &RunInfo) -> Result<Self, WriteError> {
-        Ok(Self { writer: Writer::create(path, info, ViewerSettings::default())?, failure: None })
+        let mut partial = path.as_os_str().to_os_string();
+        partial.push(".");
+        partial.push(PARTIAL);
+        let writer = Writer::create(path, info, ViewerSettings::default())?;
+        Ok(Self { writer, partial: partial.into(), failure: None })
     }
 
     /// Stores what is said; the first failure is kept for [`finish`](Self::finish).
@@ -35,6 +40,13 @@ impl Keeper {
         if let Err(failure) = result {
             self.failure.get_or_insert(failure);
         }
+    }
+
+    /// Leaves nothing of it: the replay came to no end.
+    pub fn discard(self) {
+        drop(self.writer);
+        // What cannot be removed is named as unfinished.
+        let _ = std::fs::remove_file(self.partial);
     }
 
     /// Writes the index; the file has its name then.

@@ -119,15 +119,23 @@ fn run(arguments: &Arguments) -> Result<Comparison, Stopped> {
             keeper.store(&said);
         }
     };
-    let comparison = replay(process, &inputs, &config, &mut store, &mut hear).map_err(wrong)?;
-    if let Some(keeper) = keeper {
-        let path = keeper.finish().map_err(unwritten)?;
-        tracing::info!("what it says is in {}", path.display());
+    let comparison = replay(process, &inputs, &config, &mut store, &mut hear).map_err(wrong);
+    match (keeper, &comparison) {
+        (Some(keeper), Ok(_)) => {
+            let path = keeper.finish().map_err(unwritten)?;
+            tracing::info!("what it says is in {}", path.display());
+        }
+        (Some(keeper), Err(_)) => keeper.discard(),
+        (None, _) => {}
     }
-    Ok(comparison)
+    comparison
 }
 
 fn keep(path: &Path, recording: &Recording, arguments: &Arguments) -> Result<Keeper, Stopped> {
+    let place = |path: &Path| path.canonicalize().ok();
+    if place(path).is_some_and(|path| Some(path) == place(&arguments.recording)) {
+        return Err((2, format!("--out {}: that is the recording itself; name another file", path.display()).into()));
+    }
     let settings: Vec<String> =
         arguments.settings.iter().map(|setting| format!("{}={}", setting.key.join("."), setting.value)).collect();
     let facts = [

@@ -66,12 +66,14 @@ fn restarted_processes_and_other_paces_are_refused() {
 #[test]
 fn configuration_robot_and_sole_are_those_of_the_recording() {
     let folder = folder();
+    let outside = format!("out-{}", std::process::id());
+    let above = format!("../{outside}");
     let elsewhere = "robot = \"/no/such/robot\"\nsole_file = \"/no/such/folder/thick.toml\"\nlambda = 0.5\n";
     let files = [
         ("config/planner.toml", elsewhere),
         ("robot/robot.toml", "x = 1"),
         ("sole/thick.toml", "y = 2"),
-        ("../out", ""),
+        (above.as_str(), ""),
     ];
     let recording = recording(&folder, "lock-step", &[], &files);
     let unpacked = Unpacked::new(&recording).expect("room for small files");
@@ -83,15 +85,14 @@ fn configuration_robot_and_sole_are_those_of_the_recording() {
     let Err(error) = unpacked.config(Process::Estimator) else { panic!("not attached") };
     assert!(error.to_string().contains("`config/estimator.toml` is not attached"), "{error}");
     // A name that leads out of the folder is not written.
-    let above = path("robot").parent().and_then(|root| root.parent()).expect("absolute").join("out");
+    let above = path("robot").parent().and_then(|root| root.parent()).expect("absolute").join(&outside);
     assert!(!above.exists(), "{}", above.display());
     drop(unpacked);
     assert!(!path("robot").exists(), "the folder goes with the value");
 }
 
 #[test]
-fn every_topic_that_is_read_is_in_the_table_of_topics() {
-    // A replay of a recording without any message reads them all and finds nothing amiss but that they are not there.
+fn what_is_missed_first_is_something_the_process_listens_to() {
     let folder = folder();
     let empty = recording(&folder, "lock-step", &[], &[]);
     for process in [Process::Estimator, Process::Controller, Process::Simulator] {

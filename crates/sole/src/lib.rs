@@ -35,11 +35,12 @@
 //! 6 x 6 system after the slips are eliminated; node states follow from Alart-Curnier's functions between the steps; a point that lands or
 //! lifts is a rank-3 update. *No line search*: capped steps converge where a monotone search fails. Where the points' states run in circles
 //! instead, the pose alone is iterated, with a line search, the contact solved exactly at each pose. When that fails too, or has leapt, the load
-//! is followed from the last one carried, each step of it by both ways, and where that stops is reported ([`Status::Fold`]). A solution is accepted only with a positive
+//! is followed from the last one carried (steps of 1/32 and more whose states circle: on the pose alone as well; at a first tick, if that is
+//! in vain, the ZMP first and the push after it), and where that stops is reported ([`Status::Fold`]). A solution is accepted only with a positive
 //! determinant of the tangent.
 //! *Which solution*. Coulomb friction may allow several. The walking soles here have one as far as found; a sole with Poisson's ratio 0.49 on
 //! friction 0.65 has five at least under one and the same first load, whose sinkages differ by up to a tenth, each to all digits
-//! a solution. Taken is the one that the first of these three ways reaches from the last tick's pose and states (at touch-down: flat, all points
+//! a solution. Taken is the one that the first of these ways reaches from the last tick's pose and states (at touch-down: flat, all points
 //! sticking): always the same one for the same stance. Of 1920 first ticks with Poisson's ratios to 0.499 and friction to 5
 //! (`cargo run --profile bench -p sole --example hard_cases`) 24 find none, all at Poisson's
 //! ratios from 0.45 on and friction from 0.65 on, 15 of them at 0.499: every way of loads that is tried ends before them. One that is not found there

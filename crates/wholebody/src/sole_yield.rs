@@ -65,6 +65,9 @@ impl SoleYield {
         self.displacement += gain * (goal - self.displacement);
         let Some(sole) = sole else { return *ankle };
         let d = &self.displacement;
+        if *d == Vec6::zeros() {
+            return *ankle; // to the bit
+        }
         let turn = so3::exp(&Vec3::new(d[3], d[4], d[5]));
         let arm = ankle.translation - sole.origin;
         Transform::new(turn * ankle.rotation, sole.origin + Vec3::new(d[0], d[1], d[2]) + turn * arm)

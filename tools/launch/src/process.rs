@@ -55,7 +55,7 @@ impl Supervised {
         }
         // A group of its own: Ctrl-C reaches the launcher alone, which stops the others in order.
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log_file).process_group(0);
-        // SAFETY: between fork and exec only `prctl` and `getppid` are called, both allowed there; nothing is allocated.
+        // SAFETY: between fork and exec only `prctl` is called, which is allowed there; nothing is allocated.
         #[allow(unsafe_code, reason = "the only way to be told of the parent's death")]
         unsafe {
             command.pre_exec(node::die_with_parent);

@@ -110,7 +110,7 @@ fn watch(
         if let Some(reason) = ears.over {
             return Ok(reason);
         }
-        if let Some(ending) = first_death(children, ears) {
+        if let Some(ending) = first_death(children, ears, stop) {
             return Err(ending);
         }
         if !ears.begun() && named.elapsed() > IMPATIENCE {
@@ -124,7 +124,7 @@ fn watch(
 }
 
 /// The unexpected end of a process, if one has ended. When several did, the one that did not merely follow another.
-fn first_death(children: &mut [Supervised], ears: &mut Ears) -> Option<Ending> {
+fn first_death(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) -> Option<Ending> {
     children.iter_mut().find_map(Supervised::ended)?;
     // Those that die of the same cause do so within a moment. Who only lost a partner may be quicker than the partner, which says that
     // it stops before it has put away what it holds.
@@ -141,7 +141,10 @@ fn first_death(children: &mut [Supervised], ears: &mut Ears) -> Option<Ending> {
             Some((rank(&ending, followed), ending))
         });
         let first = endings.min_by_key(|(rank, _)| *rank);
-        if start.elapsed() > CULPRIT_PATIENCE || first.as_ref().is_some_and(|(rank, _)| *rank < FOLLOWED) {
+        if start.elapsed() > CULPRIT_PATIENCE
+            || stop.asked()
+            || first.as_ref().is_some_and(|(rank, _)| *rank < FOLLOWED)
+        {
             return first.map(|(_, ending)| ending);
         }
     }

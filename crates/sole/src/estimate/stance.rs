@@ -76,8 +76,8 @@ pub struct EstimatorSettings {
     pub period_s: f64,
     /// Newton iterations per attempt.
     pub iterations_max: usize,
-    /// Newton iterations in all when the direct attempt fails and the load is followed step by step, after a search on the pose alone.
-    /// Those ways may take tens of milliseconds, and they allocate. 0: never, and the time of a tick is bounded.
+    /// Newton iterations, of each of up to three ways, when the direct attempt fails and the load is followed step by step, after a search on the pose alone.
+    /// Those ways may take tens of milliseconds, on nearly incompressible soles seconds, and they allocate. 0: never, and the time of a tick is bounded.
     pub continuation_iterations_max: usize,
     /// Multiplications of a tick after which no further iteration is begun; see [`StanceEstimator::bound_work`](super::StanceEstimator::bound_work).
     pub multiplications_max: u64,

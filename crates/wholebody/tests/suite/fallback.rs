@@ -112,7 +112,9 @@ fn all_widenings_of_a_row_together_stay_within_its_allowance() {
                 _ => continue,
             };
             let same_kind = with_less.iter().filter(|relaxed| relaxed.id.limit() == widened.id.limit());
-            same_kind.for_each(|relaxed| assert!(relaxed.amount <= allowance, "{relaxed:?} of {allowance}"));
+            same_kind.for_each(|relaxed| {
+                assert!(relaxed.amount <= allowance * (1.0 + ROUNDING), "{relaxed:?} of {allowance}")
+            });
             again += 1;
         }
     }
@@ -201,6 +203,9 @@ fn out_of_iterations_without_a_reserve_brings_the_joints_to_rest() {
     }
     assert!(speed < 0.01, "{speed} rad/s");
 }
+
+/// Of a sum of a few numbers.
+const ROUNDING: f64 = 1e-12;
 
 /// Interior points end near the vertex, not at it: torques at a tolerance of 1e-9.
 const RESERVE_ERROR_NM: f64 = 0.05;

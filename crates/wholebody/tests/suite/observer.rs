@@ -261,3 +261,50 @@ fn without_feet_the_base_moves_on_and_says_so() {
     assert_eq!(estimate.anchoring, Anchoring::None);
     assert!((estimate.pose.translation - start - Vec3::new(0.03, 0.0, 0.0)).norm() < 1e-12);
 }
+
+#[test]
+fn a_jump_of_the_orientation_teaches_no_bias_wherever_it_leads() {
+    let robot = robot();
+    let model = model(&robot, Joints::Walking);
+    let settings = settings(&robot, &model);
+    let ankle_links = [settings.feet[0].ankle_link.clone(), settings.feet[1].ankle_link.clone()];
+    let joints = model.neutral().joints;
+    let rates = DVector::zeros(joints.len());
+    let foot = FootAnchor {
+        in_contact: true,
+        load_share: 0.5,
+        ankle_pose: Transform::identity(),
+        ankle_twist: spatial::Twist::zero(),
+    };
+    let about_x = |angle: f64| so3::exp(&Vec3::new(angle, 0.0, 0.0));
+    let about_z = so3::about_z(std::f64::consts::PI);
+    // Upside down, from and back to either side of the upright, where half a turn has no sign of its own; and a heading set anew.
+    for (before, there, after) in [
+        (about_x(1e-3), about_x(std::f64::consts::PI), about_x(1e-3)),
+        (about_x(1e-3), about_x(std::f64::consts::PI), about_x(-1e-3)),
+        (about_x(1e-3), about_z, about_z),
+    ] {
+        let observer_settings = ObserverSettings {
+            imu_link: "imu".to_owned(),
+            ankle_links: ankle_links.clone(),
+            yaw: YawSource::Legs,
+            bias_time_s: 5.0,
+            velocity_time_s: 0.0,
+            delay_s: 0.0,
+        };
+        let mut observer = BaseObserver::new(model.clone(), observer_settings).expect("names fit");
+        for tick in 0..80 {
+            let imu_rotation = if tick < 20 { before } else { [there, after][usize::from(tick >= 60)] };
+            let measurement = Measurement {
+                joints: &joints,
+                joint_rates: &rates,
+                imu_rotation,
+                gyro: Vec3::zeros(),
+                feet: [foot; 2],
+            };
+            let estimate = observer.update(&measurement, PERIOD_S);
+            // A sound unit at rest has none at all.
+            assert!(estimate.gyro_bias.norm() < 1e-12, "tick {tick}: {}", estimate.gyro_bias);
+        }
+    }
+}
