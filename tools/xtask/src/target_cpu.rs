@@ -120,10 +120,10 @@ fn run(program: &Path, folder: &Path, arguments: &[&str]) -> anyhow::Result<Stri
     Ok(String::from_utf8(output.stdout)?)
 }
 
-/// A figure's number in what its benchmark printed.
+/// A figure's number in what its benchmark printed; criterion writes thousands with a comma.
 fn number(printed: &str, figure: &Figure) -> Option<f64> {
     let rest = printed.lines().find_map(|line| line.strip_prefix(figure.line))?;
-    rest.split_whitespace().filter_map(|word| word.parse().ok()).nth(figure.number)
+    rest.split_whitespace().filter_map(|word| word.replace(',', "").parse().ok()).nth(figure.number)
 }
 
 #[allow(clippy::print_stdout)] // its result
@@ -149,11 +149,11 @@ mod tests {
 
     #[test]
     fn numbers_are_found_in_every_format_that_benchmarks_print() {
-        let printed = "test RNEA/soleus/HRP-4 ... bench:        962 ns/iter (+/- 5)\n\
+        let printed = "test RNEA/soleus/HRP-4 ... bench:        1,962 ns/iter (+/- 5)\n\
             \x20 1512 tets, 104 contacts, 1e-6                      75.1     90.2    120.5   3.1 mean, 7 most, 0 failed\n\
             | 0.6 | 11 | 201 | 474 | 1012 | 14 + 15 | 0.41 / 0.52 / 0.81 | 3.21 / 3.40 / 4.05 | 1.1 | 0.000 | 1.2e-5 |";
         let of = |line, index| number(printed, &figure("", "", "", line, index));
-        assert_eq!(of("test RNEA/soleus/HRP-4 ", 0), Some(962.0));
+        assert_eq!(of("test RNEA/soleus/HRP-4 ", 0), Some(1962.0));
         assert_eq!(of("  1512 tets, 104 contacts, 1e-6 ", 0), Some(75.1));
         assert_eq!((of("| 0.6 | 11 | 201 |", 4), of("| 0.6 | 11 | 201 |", 7)), (Some(0.41), Some(3.21)));
         assert_eq!(of("| 0.6 | 12 |", 0), None);
