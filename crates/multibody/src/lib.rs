@@ -92,10 +92,30 @@
 //! has no bundle, and refuses TALOS for its mimic joints). `cargo bench -p multibody` has the two side by side in criterion,
 //! with `BENCH_URDF` and `BENCH_FRAMES` on any robot. Times move by some 5 % from run to run, ratios by 0.02.
 //!
-//! `target-cpu`, on HRP-4, relative to `x86-64-v3`: plain `x86-64` (no AVX2, no fused multiply-add) takes 1.16 times as long
-//! for the bundle, 1.41 for RNEA, 1.11 for CRBA, 1.30 for ABA; `native` (AVX-512) 1.09, 0.96, 1.14, 1.04. `x86-64-v3` is
-//! therefore the workspace's choice: quickest, on every machine since 2013, and a recording replays bit for bit between
-//! builds for the same features.
+//! `target-cpu`, on the hot paths of the whole workspace (`cargo xtask target-cpu`, best of three rounds), times relative to
+//! `x86-64-v3`:
+//!
+//! | | `x86-64-v3` | plain `x86-64` | `native` (AVX-512) |
+//! |---|---|---|---|
+//! | whole-body bundle, HRP-4 | 1.80 us | 1.17 | 1.12 |
+//! | RNEA | 0.97 us | 1.46 | 0.97 |
+//! | CRBA | 1.21 us | 1.08 | 1.16 |
+//! | ABA | 2.45 us | 1.19 | 0.99 |
+//! | friction, Gauss-Seidel, 104 contacts | 198 us | 15.9 | 0.91 |
+//! | friction, Newton, 104 contacts | 1.67 ms | 37 | 0.77 |
+//! | estimator, one foot | 56 us | 17.3 | 0.92 |
+//! | estimator, double support | 127 us | 15.8 | 0.96 |
+//! | plant's contact, 72 patches | 37 us | 19.8 | 0.93 |
+//! | whole-body step, single support | 21.7 us | 5.0 | 1.01 |
+//! | whole-body step, double support | 29.6 us | 5.8 | 1.01 |
+//! | the same by Clarabel | 789 us | 1.16 | 1.05 |
+//! | pattern of 11 swings, build | 0.27 ms | 1.22 | 1.41 |
+//! | pattern of 11 swings, solve | 3.5 ms | 1.08 | 1.02 |
+//! | pattern of 1000 swings, solve | 320 ms | 1.05 | 1.01 |
+//! | geometric mean | | 3.7 | 1.01 |
+//!
+//! Without a fused multiply-add in the instruction set each `mul_add` of the contact solvers is a call. `x86-64-v3` is the workspace's
+//! choice: as quick as `native`, on every machine since 2013, and a recording replays bit for bit between builds for the same features.
 //!
 //! [`leg`] solves six-joint legs whose hip and ankle axes meet in closed form.
 //!
