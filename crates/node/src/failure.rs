@@ -109,20 +109,25 @@ impl Failure {
         }
     }
 
-    /// The error and what caused it, as one sentence.
+    /// The failure and what caused it, as one sentence.
     pub fn chain(&self) -> String {
-        let mut text = self.to_string();
-        let mut source = self.source();
-        while let Some(cause) = source {
-            // Some errors say their source's words in their own message; once is enough.
-            let words = cause.to_string();
-            if !text.contains(&words) {
-                text = format!("{text}: {words}");
-            }
-            source = cause.source();
-        }
-        text
+        error_chain(self)
     }
+}
+
+/// An error and what caused it, as one sentence.
+pub fn error_chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        // Some errors say their source's words in their own message; once is enough.
+        let words = cause.to_string();
+        if !text.contains(&words) {
+            text = format!("{text}: {words}");
+        }
+        source = cause.source();
+    }
+    text
 }
 
 #[cfg(test)]

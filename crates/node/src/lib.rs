@@ -76,7 +76,7 @@ mod stop;
 mod system;
 
 pub use arguments::{Arguments, LogFormat};
-pub use failure::Failure;
+pub use failure::{Failure, error_chain};
 pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
 pub use real_time::{Pacer, Policy, clock_monotonic_ns};

@@ -91,7 +91,7 @@ fn main() -> ExitCode {
             ExitCode::from(u8::from(!same))
         }
         Err((code, error)) => {
-            tracing::error!("{}", chain(error.as_ref()));
+            tracing::error!("{}", node::error_chain(error.as_ref()));
             ExitCode::from(code)
         }
     }
@@ -189,19 +189,6 @@ fn table(comparison: &Comparison) -> String {
                 field.now
             ));
         }
-    }
-    text
-}
-
-fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let words = cause.to_string();
-        if !text.contains(&words) {
-            text = format!("{text}: {words}");
-        }
-        source = cause.source();
     }
     text
 }
