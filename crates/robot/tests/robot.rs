@@ -1,6 +1,6 @@
 //! The shipped robot loads; every way in which a folder can be wrong is named.
 
-use robot::{Robot, RobotError};
+use robot::{Friction, Robot, RobotError};
 use sole_mesh::Mesh;
 use std::path::{Path, PathBuf};
 
@@ -38,7 +38,24 @@ fn the_shipped_robot_loads() {
     for joint in &description.joints {
         assert!(description.servo(joint).is_some() && description.energy_coefficients(joint).is_some());
     }
-    assert!(description.servo("tail").is_none());
+    assert!(description.servo("tail").is_none() && description.energy_coefficients("tail").is_none());
+    assert_eq!(description.servo("R_HIP_R").unwrap().kd_nm_s_per_rad, 303.0);
+    assert_eq!(description.half_sitting_rad("R_HIP_P"), -22.02_f64.to_radians());
+    assert_eq!(description.half_sitting_rad("NECK_Y"), 0.0);
+    assert!(description.walking_locked_joints().contains(&("R_WRIST_P".to_owned(), 0.0)));
+}
+
+#[test]
+fn a_list_of_joints_and_groups_names_every_joint_once_in_its_order() {
+    let description = Robot::load(&shipped()).unwrap().description;
+    let names = ["L_KNEE_P", "knees", "CHEST_Y"].map(str::to_owned);
+    assert_eq!(description.members(&names), ["L_KNEE_P", "R_KNEE_P", "CHEST_Y"]);
+}
+
+#[test]
+fn the_smallest_friction_of_a_sole_is_that_of_its_most_slippery_point() {
+    assert_eq!(Friction::Uniform(0.65).smallest(), 0.65);
+    assert_eq!(Friction::PerPatch(vec![0.5, 0.3, 0.9]).smallest(), 0.3);
 }
 
 #[test]
@@ -92,34 +109,65 @@ fn unknown_keys_are_refused_with_a_suggestion_and_their_place() {
 #[test]
 fn wrong_types_are_refused_at_their_place() {
     let error = changed("sole.toml", "friction = 0.65", "friction = \"slippery\"");
-    assert!(matches!(error, RobotError::Toml { line: 3, .. }), "{error}");
+    assert!(matches!(error, RobotError::Toml { line: 3, column: 12, .. }), "{error}");
     let error = changed("sole.toml", "cells = [12, 7, 3]", "cells = [12, 7]");
     assert!(matches!(error, RobotError::Toml { .. }), "{error}");
 }
 
 #[test]
-fn numbers_outside_their_range_are_refused() {
-    let cases = [
-        ("sole.toml", "poisson_ratio = 0.31", "poisson_ratio = 0.5"),
-        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = nan"),
-        ("sole.toml", "friction = 0.65", "friction = -0.1"),
-        ("sole.toml", "friction = 0.65", "friction = 1e6"),
-        ("sole.toml", "friction = 0.65", "friction = inf"),
-        ("sole.toml", "friction = 0.65", "friction = [0.5, 0.6, 10.1]"),
-        ("sole.toml", "cells = [12, 7, 3]", "cells = [12, 0, 3]"),
-        // Megapascals, then what no unit makes a sole; millimetres; centimetres.
-        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32"),
-        ("sole.toml", "young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32e12"),
-        ("sole.toml", "[-0.015, -0.011, 0.103]", "[-15.0, -11.0, 103.0]"),
-        ("sole.toml", "[-0.015, -0.011, 0.103]", "[-1.5, -1.1, 10.3]"),
-        ("robot.toml", "kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0"),
-        ("robot.toml", "velocity_factor = 0.5", "velocity_factor = 50.0"),
-        ("robot.toml", "radius_m = 0.085", "radius_m = -0.085"),
-        ("robot.toml", "R_HIP_P = -22.02", "R_HIP_P = -2202.0"),
+fn numbers_outside_their_range_are_refused_by_their_field() {
+    let sole = [
+        ("poisson_ratio = 0.31", "poisson_ratio = 0.5", "material.poisson_ratio"),
+        ("poisson_ratio = 0.31", "poisson_ratio = -1.0", "material.poisson_ratio"),
+        ("young_modulus_pa = 0.32e6", "young_modulus_pa = nan", "material.young_modulus_pa"),
+        ("friction = 0.65", "friction = -0.1", "friction"),
+        ("friction = 0.65", "friction = 1e6", "friction"),
+        ("friction = 0.65", "friction = inf", "friction"),
+        ("friction = 0.65", "friction = [0.5, 0.6, 10.1]", "friction[2]"),
+        ("cells = [12, 7, 3]", "cells = [12, 0, 3]", "mesh.cells"),
+        ("box_m = [0.23, 0.13, 0.021]", "box_m = [0.23, -0.13, 0.021]", "mesh.box_m"),
+        ("tolerance = 1e-10", "tolerance = 0.0", "solver.tolerance"),
+        ("tolerance = 1e-10", "tolerance = inf", "solver.tolerance"),
+        // Megapascals, then what no unit makes a sole; millimetres; centimetres; downwards.
+        ("young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32", "material.young_modulus_pa"),
+        ("young_modulus_pa = 0.32e6", "young_modulus_pa = 0.32e12", "material.young_modulus_pa"),
+        ("[-0.015, -0.011, 0.103]", "[-15.0, -11.0, 103.0]", "foot.ankle_in_sole_m"),
+        ("[-0.015, -0.011, 0.103]", "[-1.5, -1.1, 10.3]", "foot.ankle_in_sole_m"),
+        ("[-0.015, -0.011, 0.103]", "[-0.015, -0.011, -103.0]", "foot.ankle_in_sole_m"),
     ];
-    for (file, from, to) in cases {
+    let robot = [
+        ("kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0", "servos[0].kp_nm_per_rad"),
+        ("kd_nm_s_per_rad = 93.0", "kd_nm_s_per_rad = -93.0", "servos[0].kd_nm_s_per_rad"),
+        ("kd_nm_s_per_rad = 93.0", "kd_nm_s_per_rad = inf", "servos[0].kd_nm_s_per_rad"),
+        ("rotor_inertia_kg_m2 = 0.1", "rotor_inertia_kg_m2 = -0.1", "servos[0].rotor_inertia_kg_m2"),
+        ("coulomb_friction_nm = 2.0", "coulomb_friction_nm = -2.0", "servos[0].coulomb_friction_nm"),
+        (
+            "viscous_friction_nm_s_per_rad = 1.0",
+            "viscous_friction_nm_s_per_rad = nan",
+            "servos[0].viscous_friction_nm_s_per_rad",
+        ),
+        ("torque_squared_w_per_nm2 = 0.057", "torque_squared_w_per_nm2 = -1.0", "energy[0].torque_squared_w_per_nm2"),
+        ("power = 1.0", "power = inf", "energy[0].power"),
+        (
+            "speed_squared_w_s2_per_rad2 = 1.0",
+            "speed_squared_w_s2_per_rad2 = -1.0",
+            "energy[0].speed_squared_w_s2_per_rad2",
+        ),
+        ("position_margin_deg = 0.5", "position_margin_deg = -0.5", "limits.position_margin_deg"),
+        ("velocity_factor = 0.5", "velocity_factor = 50.0", "limits.velocity_factor"),
+        ("velocity_factor = 0.5", "velocity_factor = 0.0", "limits.velocity_factor"),
+        ("torque_factor = 1.0", "torque_factor = 1.01", "limits.torque_factor"),
+        ("radius_m = 0.085", "radius_m = -0.085", "capsules.pelvis.radius_m"),
+        ("from_m = [-0.025, -0.06, 0.12]", "from_m = [-0.025, nan, 0.12]", "capsules.pelvis.from_m"),
+        ("to_m = [-0.025, 0.06, 0.12]", "to_m = [-0.025, 0.06, inf]", "capsules.pelvis.to_m"),
+        ("R_HIP_P = -22.02", "R_HIP_P = -2202.0", "half_sitting_deg.R_HIP_P"),
+        ("R_HIP_P = -22.02", "R_HIP_P = 2202.0", "half_sitting_deg.R_HIP_P"),
+    ];
+    let cases = sole.map(|case| ("sole.toml", case)).into_iter().chain(robot.map(|case| ("robot.toml", case)));
+    for (file, (from, to, expected)) in cases {
         let error = changed(file, from, to);
-        assert!(matches!(error, RobotError::OutOfRange { .. }), "{to}: {error}");
+        let RobotError::OutOfRange { file: named, field, .. } = &error else { panic!("{to}: {error}") };
+        assert_eq!((named.ends_with(file), field.as_str()), (true, expected), "{error}");
     }
     let said = changed("sole.toml", "friction = 0.65", "friction = [0.5, 1e6]").to_string();
     for part in ["sole.toml: ", "friction[1] = 1000000", "0 to 10", "dry rubber has about 1"] {
@@ -157,24 +205,48 @@ fn the_hard_and_the_soft_among_soles_are_believed() {
 #[test]
 fn names_must_refer_to_something() {
     let cases = [
-        ("[\"left_foot\", \"right_foot\"]", "[\"left_foot\", \"right_fot\"]", "right_foot"),
-        ("of = [\"knees\"]", "of = [\"knee\"]", "knees"),
-        ("R_HIP_P = -22.02", "R_HIP_PITCH = -22.02", "R_HIP_P"),
-        ("[\"neck\", ", "[\"nek\", ", "neck"),
+        ("[\"left_foot\", \"right_foot\"]", "[\"left_foot\", \"right_fot\"]", "collision_pairs", Some("right_foot")),
+        ("pairs = [[\"head\", ", "pairs = [[\"haed\", ", "collision_pairs_left_out", Some("head")),
+        ("of = [\"knees\"]", "of = [\"knee\"]", "servos", Some("knees")),
+        ("of = [\"chest\"]", "of = [\"chets\"]", "energy", Some("chest")),
+        ("of = [\"chest\"]", "of = [\"spine\"]", "energy", None),
+        ("R_HIP_P = -22.02", "R_HIP_PITCH = -22.02", "half_sitting_deg", Some("R_HIP_P")),
+        ("[\"neck\", ", "[\"nek\", ", "walking_locked", Some("neck")),
+        ("chest = [\"CHEST_P\"", "chest = [\"CHEST_PP\"", "groups.chest", Some("CHEST_P")),
     ];
-    for (from, to, expected) in cases {
+    for (from, to, place, expected) in cases {
         let error = changed("robot.toml", from, to);
-        let RobotError::UnknownName { nearest, .. } = &error else { panic!("{to}: {error}") };
-        assert_eq!(nearest.as_deref(), Some(expected), "{error}");
+        let RobotError::UnknownName { field, nearest, .. } = &error else { panic!("{to}: {error}") };
+        assert_eq!((field.as_str(), nearest.as_deref()), (place, expected), "{error}");
     }
 }
 
 #[test]
-fn every_joint_has_one_servo() {
+fn a_name_is_given_once() {
+    for (from, to, place, twice) in [
+        ("\"CHEST_P\", \"CHEST_Y\", \"NECK_Y\"", "\"CHEST_P\", \"CHEST_P\", \"NECK_Y\"", "joints", "CHEST_P"),
+        ("[\"R_KNEE_P\", \"L_KNEE_P\"]", "[\"R_KNEE_P\", \"R_KNEE_P\"]", "groups.knees", "R_KNEE_P"),
+        ("name = \"right_thigh\"", "name = \"pelvis\"", "capsules", "pelvis"),
+        ("[\"left_foot\", \"right_foot\"]", "[\"left_foot\", \"left_foot\"]", "collision_pairs", "left_foot"),
+    ] {
+        let error = changed("robot.toml", from, to);
+        let RobotError::Twice { field, name, .. } = &error else { panic!("{to}: {error}") };
+        assert_eq!((field.as_str(), name.as_str()), (place, twice), "{error}");
+    }
+}
+
+#[test]
+fn every_joint_has_one_servo_and_one_set_of_energy_coefficients() {
     let error = changed("robot.toml", "of = [\"knees\"]", "of = [\"R_KNEE_P\"]");
     assert!(matches!(&error, RobotError::Missing { joint, .. } if joint == "L_KNEE_P"), "{error}");
     let error = changed("robot.toml", "of = [\"knees\"]", "of = [\"knees\", \"R_HIP_Y\"]");
-    assert!(matches!(&error, RobotError::Twice { name, .. } if name == "R_HIP_Y"), "{error}");
+    assert!(
+        matches!(&error, RobotError::Twice { field, name, .. } if field == "servos" && name == "R_HIP_Y"),
+        "{error}"
+    );
+    let error = changed("robot.toml", "of = [\"chest\"]", "of = [\"CHEST_P\"]");
+    let RobotError::Missing { field: "energy", joint, .. } = &error else { panic!("{error}") };
+    assert_eq!(joint, "CHEST_Y");
 }
 
 const BLOCK: &str = "box_m = [0.23, 0.13, 0.021]\ncells = [12, 7, 3]";
@@ -250,4 +322,20 @@ fn mesh_files_that_cannot_be_used_are_named() {
         "{error}"
     );
     assert!(error.to_string().contains("move the mesh"), "{error}");
+}
+
+#[test]
+fn a_mesh_may_be_off_its_middle_by_rounding_alone_in_every_direction() {
+    let block = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
+    for axis in 0..3 {
+        for (off_m, accepted) in [(0.9e-5, true), (1.1e-5, false), (-0.9e-5, true), (-1.1e-5, false)] {
+            let mut mesh = block.clone();
+            mesh.nodes.iter_mut().for_each(|p| p[axis] += off_m);
+            let found = on_mesh(&mesh.to_msh());
+            match &found {
+                Ok(_) => assert!(accepted, "{off_m} m along {axis}"),
+                Err(error) => assert!(!accepted && matches!(error, RobotError::OffCentre { .. }), "{error}"),
+            }
+        }
+    }
 }

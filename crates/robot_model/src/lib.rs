@@ -27,6 +27,16 @@ pub enum RobotModelError {
         /// Which, and the nearest known one.
         source: Box<ModelError>,
     },
+    /// The floating base is another link than the description says. Remedy: correct `base_link`.
+    #[error("{}: base_link = \"{found}\", but the root of the URDF is `{root}`; change one of them", .file.display())]
+    Base {
+        /// The description.
+        file: PathBuf,
+        /// What it says.
+        found: String,
+        /// The link without a parent joint.
+        root: String,
+    },
     /// A movable joint of the URDF is missing in the description.
     #[error("{}: `joints` lacks a movable joint of the URDF; add it or make it fixed", .file.display())]
     Joints {
@@ -76,6 +86,11 @@ fn description(robot: &Robot) -> PathBuf {
 pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError> {
     let options = ModelOptions { locked_joints: robot.description.walking_locked_joints(), ..ModelOptions::default() };
     let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| unreadable(robot, source))?;
+    let root = &model.frames()[model.base_frame().0].name;
+    if *root != robot.description.base_link {
+        let (found, root) = (robot.description.base_link.clone(), root.clone());
+        return Err(RobotModelError::Base { file: description(robot), found, root });
+    }
     followers(robot)?;
     let names = model.joints().iter().map(|joint| joint.name.as_str());
     let map =
@@ -157,6 +172,29 @@ mod tests {
     }
 
     #[test]
+    fn locked_joints_rest_where_the_robot_half_sits() {
+        let mut robot = hrp4();
+        robot.description.half_sitting_deg.insert("NECK_P".to_owned(), 20.0);
+        let (model, map) = walking_model(&robot).expect("it makes a model");
+        let place = |name: &str| robot.description.joints.iter().position(|joint| joint == name).expect("a joint");
+        assert_eq!(map.resting_rad()[place("NECK_P")], 20.0_f64.to_radians());
+        assert_eq!(map.resting_rad()[place("R_HIP_P")], -22.02_f64.to_radians());
+        // The model has the neck there, too: the head nods about the y axis.
+        let mut workspace = multibody::Workspace::new(&model);
+        multibody::forward_kinematics(&model, &mut workspace, &model.neutral());
+        let head = workspace.placement(&model, model.frame("NECK_P_LINK").expect("a link")).rotation;
+        assert!((head[(0, 2)] - 20.0_f64.to_radians().sin()).abs() < 1e-12, "{head}");
+        assert!(model.joint("NECK_P").is_err() && model.joint("R_HIP_P").is_ok());
+    }
+
+    #[test]
+    fn legs_are_left_then_right_from_the_hip() {
+        let [left, right] = leg_joints(&hrp4()).expect("it has legs");
+        assert_eq!((left[0].as_str(), left[5].as_str()), ("L_HIP_Y", "L_ANKLE_R"));
+        assert_eq!((right[0].as_str(), right[3].as_str()), ("R_HIP_Y", "R_KNEE_P"));
+    }
+
+    #[test]
     fn a_joint_that_follows_another_one_is_moved_but_is_none_of_the_interface() {
         let mut robot = hrp4();
         let elbow = r#"<joint name="R_ELBOW_P" type="revolute">"#;
@@ -208,8 +246,20 @@ mod tests {
         robot.description.joints.retain(|joint| joint != "L_KNEE_P");
         assert!(matches!(walking_model(&robot), Err(RobotModelError::Joints { .. })));
         let mut robot = hrp4();
+        robot.description.base_link = "torso".to_owned();
+        let error = walking_model(&robot).expect_err("the pelvis is the root").to_string();
+        assert!(
+            error
+                .ends_with("robot.toml: base_link = \"torso\", but the root of the URDF is `body`; change one of them"),
+            "{error}"
+        );
+        let mut robot = hrp4();
         robot.description.groups.remove("left_leg");
         assert!(matches!(leg_joints(&robot), Err(RobotModelError::Group { group: "left_leg", .. })));
+        let mut robot = hrp4();
+        robot.description.groups.entry("right_leg".to_owned()).and_modify(|leg| drop(leg.pop()));
+        let error = leg_joints(&robot).expect_err("five joints").to_string();
+        assert!(error.contains("robot.toml: groups.right_leg must name hip yaw"), "{error}");
         let mut robot = hrp4();
         robot.urdf = robot.urdf.replacen("<link name=\"body\">", "<link name=\"torso\">", 1);
         let error = walking_model(&robot).expect_err("two links of one name");

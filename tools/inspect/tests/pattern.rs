@@ -172,9 +172,10 @@ fn a_picture_shows_paths_and_feet() {
     solved(&["--svg", file.to_str().expect("UTF-8"), "--rate-hz", "1"]);
     let svg = std::fs::read_to_string(file).expect("written");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
-    for word in ["ZMP", "COM", "polyline"] {
+    for word in ["ZMP", "COM", "left ankle", "right ankle", "sole less margin", "polyline"] {
         assert!(svg.contains(word), "{word}");
     }
+    assert!(svg.lines().all(|line| line.parse() != Ok(0.0) || !line.starts_with('-')), "zero has no sign");
 }
 
 #[test]

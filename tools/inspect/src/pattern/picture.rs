@@ -15,6 +15,11 @@ const LEFT: RGBColor = RGBColor(0, 130, 90);
 const RIGHT: RGBColor = RGBColor(190, 110, 0);
 const EDGE: RGBColor = RGBColor(120, 120, 120);
 
+/// Width of the column beside the paths in which the legend stands (units of the canvas).
+const LEGEND: f64 = 330.0;
+/// Height of the panel of one step (units of the canvas).
+const STEP_HEIGHT: u32 = 960;
+
 /// A colour faded so that it stays behind the paths.
 fn faint(color: RGBColor) -> RGBAColor {
     color.mix(0.35)
@@ -34,11 +39,11 @@ pub fn draw(plan: &Plan, settings: &GaitSettings) -> anyhow::Result<String> {
 
     // The drawing library rounds to whole units: a canvas of 2200 keeps the paths smooth.
     let width = 2200;
-    let height = |bounds: &Bounds| (bounds.aspect() * f64::from(width - 160)) as u32 + 220;
-    let (tall, step_height) = (height(&bounds).clamp(480, 4400), 1120);
+    let height = |bounds: &Bounds| (bounds.aspect() * (f64::from(width - 160) - LEGEND)) as u32 + 220;
+    let tall = height(&bounds).clamp(480, 4400);
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, (width, 2 * tall + step_height)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (width, 2 * tall + STEP_HEIGHT)).into_drawing_area();
         root.fill(&WHITE)?;
         let (paths, rest) = root.split_vertically(tall);
         let (feet, one_step) = rest.split_vertically(tall);
@@ -46,13 +51,13 @@ pub fn draw(plan: &Plan, settings: &GaitSettings) -> anyhow::Result<String> {
         let weights = format!("lambda = {}, mu = {}", settings.cost.lambda, settings.cost.mu);
         let mut panel = chart(&paths, &format!("ZMP, COM and ankles, {weights}"), &bounds)?;
         draw_footprints(&mut panel, &footprints)?;
-        for (side, color) in [(Side::Left, LEFT), (Side::Right, RIGHT)] {
+        for (side, color, name) in [(Side::Left, LEFT, "left ankle"), (Side::Right, RIGHT, "right ankle")] {
             let ankle: Points = samples
                 .iter()
                 .map(|r| ankle_pose(pattern, &r.feet[side.index()], r.t_s).translation)
                 .map(|p| (p.x, p.y))
                 .collect();
-            line(&mut panel, ankle, faint(color).stroke_width(2), None)?;
+            line(&mut panel, ankle, color.stroke_width(2), Some(name))?;
         }
         line(&mut panel, samples.iter().map(|r| point(r.zmp.position)).collect(), ZMP.stroke_width(4), Some("ZMP"))?;
         line(&mut panel, samples.iter().map(|r| point(r.com.position)).collect(), COM.stroke_width(4), Some("COM"))?;
@@ -74,11 +79,14 @@ pub fn draw(plan: &Plan, settings: &GaitSettings) -> anyhow::Result<String> {
         legend(&mut panel)?;
 
         let mut panel = chart(&one_step, &step.title, &step.bounds)?;
-        outline(&mut panel, &step.sole, EDGE.stroke_width(4))?;
-        outline(&mut panel, &step.shrunk, faint(EDGE).stroke_width(2))?;
+        outline(&mut panel, &step.sole, EDGE.stroke_width(4), Some("sole"))?;
+        outline(&mut panel, &step.shrunk, EDGE.stroke_width(2), Some("sole less margin"))?;
         line(&mut panel, step.zmp, ZMP.stroke_width(4), Some("ZMP of the foot"))?;
         line(&mut panel, step.com, COM.stroke_width(4), Some("COM"))?;
-        panel.draw_series([Cross::new((0.0, 0.0), 10, BLACK.stroke_width(4))])?;
+        panel
+            .draw_series([Cross::new((0.0, 0.0), 10, BLACK.stroke_width(4))])?
+            .label("ankle")
+            .legend(|(x, y)| Cross::new((x + 18, y), 10, BLACK.stroke_width(4)));
         legend(&mut panel)?;
         root.present()?;
     }
@@ -110,7 +118,7 @@ impl Bounds {
     }
 }
 
-/// Axes with the same scale in both directions, widened where the area is larger than the bounds.
+/// Axes with the same scale in both directions, widened where the area is larger than the bounds, and to the right for the legend.
 fn chart<'a, 'b>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
     title: &str,
@@ -120,27 +128,39 @@ where
     'b: 'a,
 {
     let (width, height) = area.dim_in_pixel();
-    let (plot_width, plot_height) = (f64::from(width) - 160.0, f64::from(height) - 180.0);
+    let (plot_width, plot_height) = (f64::from(width) - 160.0 - LEGEND, f64::from(height) - 180.0);
     let (dx, dy) = (bounds.x.1 - bounds.x.0, bounds.y.1 - bounds.y.0);
     let metres_per_pixel = (dx / plot_width).max(dy / plot_height);
     let widen = |(low, high): (f64, f64), pixels: f64| {
         let middle = (low + high) / 2.0;
         (middle - metres_per_pixel * pixels / 2.0)..(middle + metres_per_pixel * pixels / 2.0)
     };
+    let x = widen(bounds.x, plot_width);
     let mut panel = ChartBuilder::on(area)
         .caption(title, ("sans-serif", 36))
         .margin(20)
         .x_label_area_size(70)
         .y_label_area_size(100)
-        .build_cartesian_2d(widen(bounds.x, plot_width), widen(bounds.y, plot_height))?;
+        .build_cartesian_2d(x.start..x.end + metres_per_pixel * LEGEND, widen(bounds.y, plot_height))?;
     panel
         .configure_mesh()
         .x_desc("x (m)")
         .y_desc("y (m)")
-        .light_line_style(WHITE)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
+        .light_line_style(TRANSPARENT)
         .label_style(("sans-serif", 24))
         .draw()?;
     Ok(panel)
+}
+
+/// Metres on an axis: to the micrometre, with two decimals at least, and a zero without a sign where a tick misses it by rounding.
+fn tick(metres: &f64) -> String {
+    const MICROMETRES: f64 = 1e6;
+    let text = format!("{:.6}", (metres * MICROMETRES).round() / MICROMETRES + 0.0);
+    let cents = text.len() - 4;
+    let (shown, finer) = text.split_at(cents);
+    shown.to_owned() + finer.trim_end_matches('0')
 }
 
 fn line(panel: &mut Panel<'_, '_>, points: Points, style: ShapeStyle, name: Option<&str>) -> anyhow::Result<()> {
@@ -151,15 +171,19 @@ fn line(panel: &mut Panel<'_, '_>, points: Points, style: ShapeStyle, name: Opti
     Ok(())
 }
 
-fn outline(panel: &mut Panel<'_, '_>, corners: &[(f64, f64); 4], style: ShapeStyle) -> anyhow::Result<()> {
-    let closed = [corners[0], corners[1], corners[2], corners[3], corners[0]];
-    panel.draw_series([PathElement::new(closed, style)])?;
-    Ok(())
+fn outline(
+    panel: &mut Panel<'_, '_>,
+    corners: &[(f64, f64); 4],
+    style: ShapeStyle,
+    name: Option<&str>,
+) -> anyhow::Result<()> {
+    line(panel, vec![corners[0], corners[1], corners[2], corners[3], corners[0]], style, name)
 }
 
 fn legend<'a, 'b: 'a>(panel: &mut Panel<'a, 'b>) -> anyhow::Result<()> {
     panel
         .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
         .background_style(WHITE.mix(0.8))
         .border_style(EDGE)
         .legend_area_size(50)
@@ -196,8 +220,8 @@ fn sole(pattern: &WalkPattern, settings: &GaitSettings, side: Side, ankle: &Foot
 fn draw_footprints(panel: &mut Panel<'_, '_>, footprints: &[Footprint]) -> anyhow::Result<()> {
     for (side, sole, shrunk) in footprints {
         let color = if *side == Side::Left { LEFT } else { RIGHT };
-        outline(panel, sole, faint(color).stroke_width(2))?;
-        outline(panel, shrunk, color.mix(0.15).stroke_width(2))?;
+        outline(panel, sole, faint(color).stroke_width(2), None)?;
+        outline(panel, shrunk, color.mix(0.15).stroke_width(2), None)?;
     }
     Ok(())
 }
@@ -240,11 +264,33 @@ fn step_panel(plan: &Plan, settings: &GaitSettings, samples: &[Reference]) -> St
     let outline = sole_of(0.0);
     let bounds = Bounds::around(outline.iter().chain(&zmp).chain(&com).copied(), 0.02);
     Step {
-        title: format!("stance {number} ({side:?} foot) seen from its ankle"),
+        title: format!(
+            "stance {number}, {} foot, seen from its ankle",
+            if side == Side::Left { "left" } else { "right" }
+        ),
         bounds,
         sole: outline,
         shrunk: sole_of(settings.limits.zmp_margin_m),
         zmp,
         com,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_have_the_decimals_they_need_and_zero_has_no_sign() {
+        for (metres, text) in [
+            (-1e-17, "0.00"),
+            (0.1, "0.10"),
+            (-0.15, "-0.15"),
+            (0.005, "0.005"),
+            (1000.3 - 0.1, "1000.20"),
+            (-4e-7, "0.00"),
+        ] {
+            assert_eq!(tick(&metres), text);
+        }
     }
 }
