@@ -7,7 +7,9 @@ use nalgebra::DVector;
 pub enum Status {
     /// All tolerances are met.
     Solved,
-    /// A point was found, but the backend stopped at its reduced tolerances; judge by the residuals.
+    /// A point was found, but the backend stopped at its reduced tolerances (Clarabel's: 5e-5 and 1e-4 in its own scaling), because
+    /// it got no farther or its limit of iterations came first. It may be as good as any or off in the fourth digit: judge by
+    /// [`Report::residuals`], which are computed from the problem and not taken from the backend.
     SolvedInaccurately,
     /// No point satisfies the constraints; the multipliers are a certificate.
     Infeasible,

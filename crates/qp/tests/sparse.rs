@@ -78,36 +78,73 @@ fn multipliers_of_a_closed_form_solution_have_the_stated_signs() {
     assert!((report.objective - problem.objective(&report.x)).abs() < 1e-15);
 }
 
+/// A feasible program of random size with one equality, and a point that fulfils it.
+fn random_feasible(seed: u64) -> (QuadraticProgram, DVector<f64>) {
+    let mut random = Random(seed);
+    let n = 3 + (seed % 9) as usize;
+    // Rank-deficient Hessians too.
+    let R = random.matrix(n - (seed % 3) as usize, n);
+    let mut problem = program(&(R.transpose() * &R), random.vector(n).as_slice());
+    let inside = random.vector(n);
+    let A = random.matrix(1, n);
+    problem.b = &A * &inside;
+    problem.A = SparseMatrix::from_dense(&A);
+    let C = random.matrix(2 * n, n);
+    let value = &C * &inside;
+    problem.l = DVector::from_fn(2 * n, |i, _| if i % 4 == 0 { -INF } else { value[i] - random.next().abs() });
+    // Some rows are equalities in disguise.
+    problem.u = DVector::from_fn(2 * n, |i, _| if i == 3 { problem.l[3] } else { value[i] + 0.1 });
+    if problem.l[3].is_finite() {
+        problem.l[3] = value[3];
+        problem.u[3] = value[3];
+    }
+    problem.C = SparseMatrix::from_dense(&C);
+    problem.lb = inside.map(|x| x - 2.0);
+    problem.ub = inside.map(|x| x + 2.0);
+    (problem, inside)
+}
+
 #[test]
 fn random_programs_are_solved_to_their_optimality_conditions() {
     for seed in 0..40 {
-        let mut random = Random(seed);
-        let n = 3 + (seed % 9) as usize;
-        // Rank-deficient Hessians too.
-        let R = random.matrix(n - (seed % 3) as usize, n);
-        let mut problem = program(&(R.transpose() * &R), random.vector(n).as_slice());
-        let inside = random.vector(n);
-        let A = random.matrix(1, n);
-        problem.b = &A * &inside;
-        problem.A = SparseMatrix::from_dense(&A);
-        let C = random.matrix(2 * n, n);
-        let value = &C * &inside;
-        problem.l = DVector::from_fn(2 * n, |i, _| if i % 4 == 0 { -INF } else { value[i] - random.next().abs() });
-        // Some rows are equalities in disguise.
-        problem.u = DVector::from_fn(2 * n, |i, _| if i == 3 { problem.l[3] } else { value[i] + 0.1 });
-        if problem.l[3].is_finite() {
-            problem.l[3] = value[3];
-            problem.u[3] = value[3];
-        }
-        problem.C = SparseMatrix::from_dense(&C);
-        problem.lb = inside.map(|x| x - 2.0);
-        problem.ub = inside.map(|x| x + 2.0);
+        let (problem, inside) = random_feasible(seed);
         let report = solve(&problem, &Settings::default()).expect("well formed");
         assert_eq!(report.status, Status::Solved, "seed {seed}");
         assert!(report.residuals.max() < 1e-8, "seed {seed}: {:?}", report.residuals);
         // No feasible direction of descent towards the known feasible point.
         assert!(problem.objective(&report.x) <= problem.objective(&inside) + 1e-9, "seed {seed}");
     }
+}
+
+/// Clarabel accepts a point at its reduced tolerances where it gets no farther: that is told apart, and the residuals say what it is worth.
+#[test]
+fn a_point_that_misses_the_tolerance_is_not_called_solved() {
+    let of = |seed: u64, tolerance: f64, iterations_max: u32| {
+        let settings = Settings { tolerance, iterations_max, ..Settings::default() };
+        let (problem, _) = random_feasible(seed);
+        let report = solve(&problem, &settings).expect("well formed");
+        let from_data = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
+        assert_eq!(report.residuals, from_data, "seed {seed}: the reported residuals are those of the problem");
+        report
+    };
+    for seed in 0..40 {
+        // More digits than there are: it ends within rounding, but not at the tolerance.
+        let report = of(seed, 1e-17, 200);
+        assert_eq!(report.status, Status::SolvedInaccurately, "seed {seed}: {:?}", report.residuals);
+        assert!(report.residuals.max() < 1e-10, "seed {seed}: {:?}", report.residuals);
+    }
+    // Too few iterations: near is not there, whichever way it is said.
+    let (mut near, mut far) = (0, 0);
+    for (seed, iterations_max) in (0..40).flat_map(|seed| (4..10).map(move |k| (seed, k))) {
+        let report = of(seed, 1e-10, iterations_max);
+        match report.status {
+            Status::Solved => assert!(report.residuals.max() < 1e-8, "seed {seed}: {:?}", report.residuals),
+            Status::SolvedInaccurately => near += usize::from(report.residuals.max() > 1e-8),
+            Status::IterationLimit => far += 1,
+            other => panic!("seed {seed}, {iterations_max} iterations: {other:?}"),
+        }
+    }
+    assert!(near > 10 && far > 10, "{near} {far}");
 }
 
 #[test]

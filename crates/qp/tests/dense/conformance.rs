@@ -3,7 +3,7 @@
 use crate::random::Random;
 use crate::{active_set, backends, oracle, random_feasible, unit_row};
 use nalgebra::{DMatrix, DVector};
-use qp::dense::{Problem, Size, Solver};
+use qp::dense::{Interior, InteriorSettings, Problem, Size, Solver};
 use qp::{Row, Status};
 
 /// What an interior point at 1e-10 reaches in well-scaled programs.
@@ -159,4 +159,25 @@ fn thousands_of_random_programs_agree_and_are_optimal() {
     }
     // The programs are worth solving: thousands of rows hold, and most have to be found.
     assert!(held > 6000 && changes > 9000, "{held} {changes}");
+}
+
+/// Clarabel accepts a point at its reduced tolerances where it gets no farther: that is told apart, and the residuals say what it is worth.
+#[test]
+fn a_point_that_misses_clarabels_tolerance_is_not_called_solved() {
+    let of = |seed: u64, tolerance: f64, iterations_max: u32| {
+        let problem = random_feasible(&mut Random(seed));
+        let mut solver = Interior::new(problem.size(), InteriorSettings { tolerance, iterations_max });
+        solver.solve(&problem).report.clone()
+    };
+    let (mut near, mut far) = (0, 0);
+    for (seed, iterations_max) in (0..100).flat_map(|seed| (3..10).map(move |k| (seed, k))) {
+        let report = of(seed, 1e-10, iterations_max);
+        match report.status {
+            Status::Solved => assert!(report.residuals.max() < 1e-8, "seed {seed}: {:?}", report.residuals),
+            Status::SolvedInaccurately => near += usize::from(report.residuals.max() > 1e-8),
+            Status::IterationLimit => far += 1,
+            other => panic!("seed {seed}, {iterations_max} iterations: {other:?}"),
+        }
+    }
+    assert!(near > 10 && far > 10, "{near} {far}");
 }
