@@ -38,10 +38,12 @@ pub enum RobotModelError {
         root: String,
     },
     /// A movable joint of the URDF is missing in the description.
-    #[error("{}: `joints` lacks a movable joint of the URDF; add it or make it fixed", .file.display())]
+    #[error("{}: `joints` lacks `{joint}`, a movable joint of the URDF; add it or make it fixed", .file.display())]
     Joints {
         /// The description.
         file: PathBuf,
+        /// The joint.
+        joint: String,
     },
     /// A joint that another one carries along (`<mimic>`) is listed as one of the interface: it has no drive, position or
     /// torque of its own to be told or reported.
@@ -84,7 +86,8 @@ fn description(robot: &Robot) -> PathBuf {
 /// # Errors
 /// [`RobotModelError`] names the file.
 pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError> {
-    let options = ModelOptions { locked_joints: robot.description.walking_locked_joints(), ..ModelOptions::default() };
+    let locked_joints = robot.description.walking_locked_joints();
+    let options = ModelOptions { locked_joints, ..ModelOptions::default() };
     let model = Model::from_urdf(&robot.urdf, &options).map_err(|source| unreadable(robot, source))?;
     let root = &model.frames()[model.base_frame().0].name;
     if *root != robot.description.base_link {
@@ -92,9 +95,17 @@ pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError
         return Err(RobotModelError::Base { file: description(robot), found, root });
     }
     followers(robot)?;
+    // Locked ones are no joints of the model any more; that the URDF has them was seen when they were locked.
+    let is_locked = |name: &String| options.locked_joints.iter().any(|(locked, _)| locked == name);
+    for name in robot.description.joints.iter().filter(|name| !is_locked(name)) {
+        model.joint(name).map_err(|source| RobotModelError::unknown(robot, source))?;
+    }
+    let listed = |name: &str| robot.description.joints.iter().any(|joint| joint == name);
+    if let Some(joint) = model.joints().iter().find(|joint| !listed(&joint.name)) {
+        return Err(RobotModelError::Joints { file: description(robot), joint: joint.name.clone() });
+    }
     let names = model.joints().iter().map(|joint| joint.name.as_str());
-    let map =
-        JointMap::new(&robot.description, names).ok_or_else(|| RobotModelError::Joints { file: description(robot) })?;
+    let map = JointMap::new(&robot.description, names).expect("every joint of the model is listed");
     Ok((model, map))
 }
 
@@ -124,7 +135,7 @@ pub fn followers(robot: &Robot) -> Result<Vec<Follower>, RobotModelError> {
             return Err(RobotModelError::Follower { file: description(robot), joint: name, leader });
         }
         let leader = leader
-            .map(|leader| listed(&leader).ok_or_else(|| RobotModelError::Joints { file: description(robot) }))
+            .map(|joint| listed(&joint).ok_or(RobotModelError::Joints { file: description(robot), joint }))
             .transpose()?;
         Ok(Follower { name, leader, multiplier, offset })
     };
@@ -238,13 +249,21 @@ mod tests {
         ];
         assert_eq!(found, expected);
         assert_eq!(followers(&hrp4()).expect("none"), []);
+        robot.description.joints.retain(|listed| listed != "L_ELBOW_P");
+        assert!(matches!(followers(&robot), Err(RobotModelError::Joints { joint, .. }) if joint == "L_ELBOW_P"));
     }
 
     #[test]
     fn what_is_missing_is_named() {
         let mut robot = hrp4();
         robot.description.joints.retain(|joint| joint != "L_KNEE_P");
-        assert!(matches!(walking_model(&robot), Err(RobotModelError::Joints { .. })));
+        assert!(matches!(walking_model(&robot), Err(RobotModelError::Joints { joint, .. }) if joint == "L_KNEE_P"));
+        let mut robot = hrp4();
+        robot.description.joints.push("L_KNEE_Y".to_owned());
+        let error = walking_model(&robot).expect_err("the URDF has no such joint");
+        let cause = std::error::Error::source(&error).expect("which").to_string();
+        assert!(error.to_string().ends_with("robot.toml: a name that the URDF does not know"), "{error}");
+        assert_eq!(cause, "there is no joint `L_KNEE_Y`; did you mean `L_KNEE_P`?");
         let mut robot = hrp4();
         robot.description.base_link = "torso".to_owned();
         let error = walking_model(&robot).expect_err("the pelvis is the root").to_string();

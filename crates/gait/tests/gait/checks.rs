@@ -1,7 +1,7 @@
 //! The planner's checks see what they are there for: each is shown a pattern with one defect.
 
 use crate::support::straight;
-use gait::{CheckReport, GaitSettings, LegClearance, LegReach, Plan, Quantity, RodLegs, Walk, check, plan};
+use gait::{CheckReport, GaitSettings, Landing, LegClearance, LegReach, Plan, Quantity, RodLegs, Walk, check, plan};
 use pattern::{PhaseKind, Side};
 use spatial::{Transform, Vec3};
 
@@ -79,15 +79,30 @@ fn every_defect_is_seen_with_phase_and_amount() {
 /// The gap between turned feet by their corners: no corner of one sole comes nearer to the (endless) inner edge of the other.
 #[test]
 fn the_gap_between_turned_feet_is_that_of_their_corners() {
-    for (radius_m, turn_rad) in [(0.5, 0.0), (-0.5, 0.0), (0.0, 0.15), (0.0, -0.15)] {
+    let circle = |radius_m| (format!("radius {radius_m}"), Walk::Circle { swings: 6, step_length_m: 0.1, radius_m });
+    let turn = |by| (format!("turn {by}"), Walk::InPlace { swings: 6, turn_per_swing_rad: by });
+    let mut walks = vec![circle(0.5), circle(-0.5), turn(0.15), turn(-0.15)];
+    // A long step with the toes turned outwards, forward and back: there the inner edge of the landing foot points at the standing one,
+    // whose corner is the nearest.
+    for (foot, x_m) in [(Side::Right, 0.25_f64), (Side::Left, 0.25), (Side::Right, -0.2), (Side::Left, -0.2)] {
+        let yaw_rad = foot.sign() * 0.3 * x_m.signum();
+        let (sin, cos) = yaw_rad.sin_cos();
+        let y_m = foot.sign() * 0.14;
+        let (beside_x, beside_y) = (x_m + foot.sign() * 0.25 * sin, y_m - foot.sign() * 0.25 * cos);
+        let landings = [(foot, x_m, y_m), (foot.other(), beside_x, beside_y)].map(|(foot, x_m, y_m)| Landing {
+            foot,
+            x_m,
+            y_m,
+            yaw_rad,
+            free: false,
+        });
+        walks.push((format!("{foot:?} foot to {x_m} m"), Walk::Path { landings: landings.into() }));
+    }
+    for (name, walk) in walks {
         let mut settings = straight(6);
         settings.start.ankle_distance_m = 0.25;
-        settings.walk = if turn_rad == 0.0 {
-            Walk::Circle { swings: 6, step_length_m: 0.1, radius_m }
-        } else {
-            Walk::InPlace { swings: 6, turn_per_swing_rad: turn_rad }
-        };
-        let plan = plan(&settings).expect("feasible");
+        settings.walk = walk;
+        let plan = plan(&settings).unwrap_or_else(|error| panic!("{name}: {error}"));
         let half = settings.start.ankle_distance_m / 2.0;
         let mut standing = [half, -half].map(|y_m| pattern::Foothold { x_m: 0.0, y_m, yaw_rad: 0.0 });
         let mut smallest_m = f64::INFINITY;
@@ -106,7 +121,7 @@ fn the_gap_between_turned_feet_is_that_of_their_corners() {
         }
         let found = check(&plan, &settings, 1e-2, None).value(Quantity::FeetTooClose);
         let expected = settings.limits.feet_gap_min_m - smallest_m;
-        assert!((found - expected).abs() < 1e-12, "radius {radius_m}, turn {turn_rad}: {found} and {expected}");
+        assert!((found - expected).abs() < 1e-12, "{name}: {found} and {expected}");
     }
 
     /// From the ankle: HRP-4's soles reach 0.13 m forward, 0.1 m back, 0.054 m inwards, 0.076 m outwards.
