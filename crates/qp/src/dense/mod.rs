@@ -20,11 +20,11 @@
 //!
 //! | solver | median us | p99 | max | ratio | changes or steps | violation |
 //! |---|---|---|---|---|---|---|
-//! | Clarabel, data updates, 1e-8 | 1589 | 2195 | 2303 | 1 | 14 | 5e-13 |
-//! | active set, warm | 26.5 | 47 | 93 | 0.0167 | 0.2 | 1e-12 |
-//! | active set, cold | 29.5 | 78 | 90 | 0.0186 | 3.4 | 1e-12 |
-//! | noisy: Clarabel | 1560 | 2275 | 2401 | 1 | 14 | 6e-13 |
-//! | noisy: active set, warm | 27.0 | 58 | 68 | 0.0173 | 1.1 | 9e-13 |
+//! | Clarabel, data updates, 1e-8 | 1392 | 1942 | 2035 | 1 | 14 | 5e-13 |
+//! | active set, warm | 23.3 | 41 | 76 | 0.0168 | 0.2 | 1e-12 |
+//! | active set, cold | 25.1 | 57 | 62 | 0.0181 | 3.4 | 1e-12 |
+//! | noisy: Clarabel | 1390 | 2013 | 2137 | 1 | 14 | 6e-13 |
+//! | noisy: active set, warm | 24.7 | 47 | 65 | 0.0178 | 1.1 | 9e-13 |
 //!
 //! References: Goldfarb and Idnani, *A numerically stable dual method for solving strictly convex quadratic programs*,
 //! Math. Programming 27 (1983); Goulart and Chen, *Clarabel* (2024).

@@ -24,8 +24,9 @@ impl Order {
         Self { unknowns: (0..n).collect(), places: (0..n).collect(), ends: vec![n; n], is_natural: true }
     }
 
-    /// Finds the blocks of a symmetric matrix, from its lower triangle, and moves the chosen unknowns to their ends.
-    pub fn arrange(&mut self, matrix: &DMatrix<f64>, is_last: impl Fn(usize) -> bool) {
+    /// Finds the blocks of a symmetric matrix, from its lower triangle, and moves the unknowns that have a rank to their ends, the
+    /// highest last.
+    pub fn arrange(&mut self, matrix: &DMatrix<f64>, rank: impl Fn(usize) -> Option<f64>) {
         let n = self.places.len();
         let source = matrix.as_slice();
         self.is_natural = true;
@@ -41,14 +42,18 @@ impl Order {
                 self.ends[j] = end;
                 j += 1;
             }
-            let block = start..end;
             let mut position = start;
-            for part in [false, true] {
-                for unknown in block.clone().filter(|i| is_last(*i) == part) {
+            for has_rank in [false, true] {
+                for unknown in (start..end).filter(|i| rank(*i).is_some() == has_rank) {
                     self.unknowns[position] = unknown;
-                    self.places[unknown] = position;
                     position += 1;
                 }
+            }
+            let ranked = end - (start..end).filter(|i| rank(*i).is_some()).count();
+            let size = |unknown: &usize| rank(*unknown).unwrap_or(0.0);
+            self.unknowns[ranked..end].sort_unstable_by(|a, b| size(a).total_cmp(&size(b)).then(a.cmp(b)));
+            for (position, unknown) in self.unknowns[start..end].iter().enumerate() {
+                self.places[*unknown] = start + position;
             }
             if (start..end).any(|i| self.unknowns[i] != i) {
                 self.is_natural = false;
@@ -124,13 +129,14 @@ mod tests {
         let matrix = DMatrix::from_fn(n, n, |i, j| if linked(i, j) { (1 + i * n + j + j * n + i) as f64 } else { 0.0 });
         for chosen in [&[][..], &[3, 8], &[0, 5, 6], &[4], &[0, 1, 2, 3, 4, 5, 6, 7, 8]] {
             let mut order = Order::natural(n);
-            order.arrange(&matrix, |i| chosen.contains(&i));
+            let rank = |i: usize| chosen.contains(&i).then_some([0.0, 3.0, 1.0, 2.0][i % 4]);
+            order.arrange(&matrix, rank);
             for block in [0..4, 4..5, 5..9] {
                 let inside: Vec<usize> = block.clone().map(|p| order.unknown(p)).collect();
                 let mut sorted = inside.clone();
                 sorted.sort_unstable();
                 assert_eq!(sorted, block.collect::<Vec<_>>(), "{chosen:?}");
-                assert!(inside.is_sorted_by_key(|i| chosen.contains(i)), "{chosen:?}: {inside:?}");
+                assert!(inside.is_sorted_by(|a, b| rank(*a) <= rank(*b)), "{chosen:?}: {inside:?}");
             }
             let mut column = [0.0; 9];
             for p in 0..n {

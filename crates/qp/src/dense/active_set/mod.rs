@@ -3,8 +3,9 @@
 //! With `P = L Lᵀ` and `y = Lᵀ x` the objective is ½‖y - y₀‖², `y₀ = -L⁻¹ c`, and a row `a x` becomes `d y` with `d = L⁻¹ a`:
 //! the solution is the point of a polyhedron nearest to y₀. The method keeps a set of rows that hold with equality and
 //! whose multipliers have the right sign, so that its point is optimal for those rows (Goldfarb and Idnani call it an
-//! S-pair); it takes up violated rows one at a time until none is left. The gradients of the held rows are kept as a thin
-//! QR factorisation D = Q R, in which a row comes or goes with `O(n q)` operations.
+//! S-pair); it takes up violated rows one at a time until none is left. To look at all rows costs as much as to take one up:
+//! those found violated together are taken up one after the other, the most violated first, as far as they still are. The
+//! gradients of the held rows are kept as a thin QR factorisation D = Q R, in which a row comes or goes with `O(n q)` operations.
 //!
 //! | step | formula |
 //! |---|---|
@@ -18,6 +19,8 @@
 //! with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad. Bounds of the guess come
 //! first, and their unknowns last in the factorisation of P: they then need neither projections nor long columns of Q. A foot
 //! that is about to leave the ground rests all its forces at zero, up to 64 of them, and costs hardly more than any other.
+//! Of these the ones with the smallest multipliers, which will leave first, are taken up last: what comes after has to be turned
+//! when a row leaves.
 //!
 //! **Degeneracy.** The objective rises with every full step, so no set of rows can return, except by rounding. Sets are
 //! therefore remembered as hashes; when one returns, the tolerance is raised tenfold, and the status says so.
@@ -93,6 +96,10 @@ pub struct ActiveSet {
     /// Equalities that depend on the others: taken up only if violated.
     postponed: Vec<usize>,
     guess: Vec<Held>,
+    /// Size of each bound's multiplier at the last solution; 0 where none was.
+    bound_multipliers: Vec<f64>,
+    /// Rows found violated together that have not been taken up yet, the most violated last.
+    pending: Vec<Violated>,
     /// ‖a‖ per row of A and C; bounds have 1.
     norms: Vec<f64>,
     /// a x per row of A and C.
@@ -126,11 +133,17 @@ enum Tolerance {
 struct Violated {
     row: usize,
     sign: f64,
+    /// Violation relative to the length of the row's gradient.
+    relative: f64,
+    /// Violation that is accepted.
+    tolerance: f64,
 }
 
 /// How taking up a row ended.
 enum Taken {
     Held,
+    /// Not violated any more.
+    Met,
     Contradiction,
     OutOfIterations,
 }
@@ -154,6 +167,8 @@ impl ActiveSet {
             is_tolerated: vec![false; rows + n],
             postponed: Vec::with_capacity(size.equalities),
             guess: Vec::with_capacity(n),
+            bound_multipliers: vector(),
+            pending: Vec::with_capacity(rows + n),
             norms: vec![1.0; rows + n],
             values: vec![0.0; rows],
             y0: vector(),
@@ -188,14 +203,19 @@ impl ActiveSet {
         let (mut refinements, mut revivals) = (0, 0);
         let mut best_defect = f64::INFINITY;
         loop {
-            self.locate(problem, refinements == 0);
-            if let Some(violated) = self.most_violated(problem, Tolerance::Loosened) {
+            if self.pending.is_empty() {
+                self.locate(problem, refinements == 0);
+                self.find_violated(problem, Tolerance::Loosened);
+            }
+            if let Some(violated) = self.pending.pop() {
                 if self.iterations >= self.settings.iterations_max {
+                    self.place_x();
                     self.judge(problem);
                     return Status::IterationLimit;
                 }
                 match self.take_up(problem, violated) {
                     Taken::Held => {}
+                    Taken::Met => continue,
                     Taken::Contradiction => {
                         if self.is_proven(problem, violated) {
                             self.describe_contradiction(problem, violated);
@@ -204,12 +224,14 @@ impl ActiveSet {
                         }
                         // The row follows from those held, to rounding: it holds when they do.
                         self.is_tolerated[violated.row] = true;
+                        self.pending.clear();
                         self.settle(problem);
                         refinements = 0;
                         best_defect = f64::INFINITY;
                         continue;
                     }
                     Taken::OutOfIterations => {
+                        self.place_x();
                         self.judge(problem);
                         return Status::IterationLimit;
                     }
@@ -224,7 +246,9 @@ impl ActiveSet {
                 return Status::NumericalFailure;
             }
             // A tolerance that was raised on the way does not matter if the point is good in the end.
-            let is_strict = self.most_violated(problem, Tolerance::Strict).is_none();
+            self.find_violated(problem, Tolerance::Strict);
+            let is_strict = self.pending.is_empty();
+            self.pending.clear();
             let cannot_improve = refinements == REFINEMENTS_MAX || defect > 0.5 * best_defect;
             if is_strict && (defect <= 1.0 || cannot_improve) {
                 return Status::Solved;
@@ -253,6 +277,7 @@ impl ActiveSet {
         self.held.clear();
         self.basis.clear();
         self.postponed.clear();
+        self.pending.clear();
         self.is_held.fill(false);
         self.is_tolerated.fill(false);
         self.history.fill(0);
@@ -260,7 +285,8 @@ impl ActiveSet {
         self.iterations = 0;
         self.mark_bounds_of_guess(problem);
         let (is_held, first) = (&self.is_held, e + m);
-        self.order.arrange(&problem.P, |unknown| is_held[first + unknown]);
+        let multipliers = &self.bound_multipliers;
+        self.order.arrange(&problem.P, |unknown| is_held[first + unknown].then(|| multipliers[unknown]));
         self.cholesky
             .factorise(&problem.P, &self.order)
             .map_err(|stop| if stop.pivot.is_nan() { Status::NumericalFailure } else { Status::Unbounded })?;
@@ -317,24 +343,25 @@ impl ActiveSet {
         combine(problem.C.as_slice(), m, 0, &self.x, inequalities);
     }
 
-    /// The row with the largest violation relative to the length of its gradient.
-    fn most_violated(&self, problem: &Problem, tolerance: Tolerance) -> Option<Violated> {
+    /// All rows that are violated, the largest violation last.
+    fn find_violated(&mut self, problem: &Problem, tolerance: Tolerance) {
         let Size { equalities: e, inequalities: m, .. } = self.size;
         let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
         let is_loose = tolerance == Tolerance::Loosened;
         let loosening = if is_loose { self.loosening } else { 1.0 };
-        let mut worst = None;
-        let mut largest = 0.0;
+        let (is_held, is_tolerated, settings, pending) =
+            (&self.is_held, &self.is_tolerated, &self.settings, &mut self.pending);
+        pending.clear();
         let mut look = |row: usize, value: f64, lower: f64, upper: f64, norm: f64| {
             let (below, above) = (lower - value, value - upper);
             let violation = below.max(above);
-            if violation <= 0.0 || self.is_held[row] || (is_loose && self.is_tolerated[row]) {
+            if violation <= 0.0 || is_held[row] || (is_loose && is_tolerated[row]) {
                 return;
             }
-            let scaled = if norm > 0.0 { violation / norm } else { violation };
-            if scaled > largest && violation > loosening * (self.settings.feasibility_tolerance + rounding * norm) {
-                largest = scaled;
-                worst = Some(Violated { row, sign: if below > above { 1.0 } else { -1.0 } });
+            let tolerance = loosening * (settings.feasibility_tolerance + rounding * norm);
+            if violation > tolerance {
+                let relative = if norm > 0.0 { violation / norm } else { violation };
+                pending.push(Violated { row, sign: if below > above { 1.0 } else { -1.0 }, relative, tolerance });
             }
         };
         for &row in &self.postponed {
@@ -349,15 +376,18 @@ impl ActiveSet {
         for (i, x) in self.x.iter().enumerate() {
             look(e + m + i, *x, lower[i], upper[i], 1.0);
         }
-        worst
+        pending.sort_unstable_by(|a, b| a.relative.total_cmp(&b.relative).then(b.row.cmp(&a.row)));
     }
 
     /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way.
-    fn take_up(&mut self, problem: &Problem, Violated { row, sign }: Violated) -> Taken {
+    fn take_up(&mut self, problem: &Problem, Violated { row, sign, tolerance, .. }: Violated) -> Taken {
         let entering = Held { row, sign };
         let limit = self.limit(problem, entering);
         self.gather(problem, row);
         self.cholesky.solve_lower(&mut self.d);
+        if sign * (limit - dot(&self.d, &self.y)) <= tolerance {
+            return Taken::Met;
+        }
         let length = dot(&self.d, &self.d).sqrt();
         self.z.copy_from_slice(&self.d);
         let mut norm = self.basis.split(&mut self.z, &mut self.h);
@@ -437,12 +467,17 @@ impl ActiveSet {
     /// Keeps what was held as the guess for the next solve, and names it in the report.
     fn remember(&mut self) {
         self.guess.clear();
-        for held in &self.held {
+        self.bound_multipliers.fill(0.0);
+        let first = self.size.equalities + self.size.inequalities;
+        for (held, u) in self.held.iter().zip(&self.u) {
             if held.sign != 0.0 {
                 self.outcome.active.push(label(self.size, *held));
                 if held.row >= self.size.equalities {
                     self.guess.push(*held);
                 }
+            }
+            if held.row >= first {
+                self.bound_multipliers[held.row - first] = u.abs();
             }
         }
     }
@@ -467,6 +502,7 @@ impl Solver for ActiveSet {
 
     fn guess(&mut self, active: &[Active]) {
         self.guess.clear();
+        self.bound_multipliers.fill(0.0);
         for Active { row, side } in active {
             let row = match *row {
                 Row::Inequality(i) if i < self.size.inequalities => self.size.equalities + i,
@@ -500,6 +536,36 @@ fn scrambled(value: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_rows_violated_together_the_most_violated_comes_first_and_what_it_mends_is_left_alone() {
+        // Nearest to zero: x0 >= 0.5 follows from x0 >= 1, which is listed after it; x1 >= 2 is a third row.
+        let mut problem = Problem::new(Size { variables: 2, equalities: 0, inequalities: 2 });
+        problem.C.copy_from_slice(&[1.0, 1.0, 0.0, 0.0]);
+        problem.l.copy_from_slice(&[0.5, 1.0]);
+        problem.lb[1] = 2.0;
+        let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
+        let outcome = solver.solve(&problem);
+        assert_eq!(outcome.report.status, Status::Solved);
+        assert_eq!(outcome.report.x.as_slice(), [1.0, 2.0]);
+        let active = [Row::Bound(1), Row::Inequality(1)].map(|row| Active { row, side: Side::Lower });
+        assert_eq!(outcome.active, active);
+        assert_eq!(outcome.report.iterations, 2);
+    }
+
+    #[test]
+    fn the_point_at_which_iterations_run_out_belongs_to_its_multipliers() {
+        // All bounds are violated at the start, and each may be taken up but the last.
+        let n = 5;
+        let mut problem = Problem::new(Size { variables: n, equalities: 0, inequalities: 0 });
+        problem.lb.fill(1.0);
+        let settings = ActiveSetSettings { iterations_max: n - 1, ..ActiveSetSettings::default() };
+        let outcome = ActiveSet::new(problem.size(), settings).solve(&problem).clone();
+        assert_eq!(outcome.report.status, Status::IterationLimit);
+        assert_eq!(outcome.active.len(), n - 1);
+        assert_eq!(outcome.report.residuals.stationarity, 0.0);
+        assert_eq!(outcome.violation, 1.0);
+    }
 
     #[test]
     fn a_set_that_returns_raises_the_tolerance_until_the_next_program() {
