@@ -84,6 +84,16 @@ fn processes_on_different_soles_do_not_walk() {
 }
 
 #[test]
+fn processes_of_different_robots_do_not_walk() {
+    let _alone = alone();
+    let other = robot_with("hrp4.urdf", |urdf| format!("{urdf}<!-- another -->\n"));
+    for process in ["estimator", "controller", "simulator"] {
+        let refused = Launch::short_walk().set(&format!("{process}.robot={}", other.path().display())).finish();
+        assert_refused(&refused, 2, &["about another robot", "give all processes the same robot folder"]);
+    }
+}
+
+#[test]
 fn an_infeasible_gait_is_refused_before_anything_moves() {
     let _alone = alone();
     let refused = Launch::short_walk().set("planner.gait.walk.step_length_m=2.0").finish();

@@ -1,17 +1,8 @@
 //! Each process of a recorded walk, run again from the recording alone.
 
 use crate::alone;
-use harness::{Launch, binaries};
+use harness::{Launch, replay};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn replay(recording: &Path, process: &str, more: &[&str]) -> (Option<i32>, String, String) {
-    let mut command = Command::new(binaries().join("soleus-replayer"));
-    let Output { status, stdout, stderr } =
-        command.arg(recording).args(["--process", process]).args(more).output().expect("it can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (status.code(), text(stdout), text(stderr))
-}
 
 #[test]
 fn every_process_of_a_walk_says_the_same_again_to_the_bit_and_with_other_settings_something_else() {

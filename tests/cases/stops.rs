@@ -1,7 +1,7 @@
 //! Walks that do not come to their end.
 
 use crate::alone;
-use harness::{Launch, Running, eventually, is_alive};
+use harness::{Launch, Running, assert_replays, eventually, is_alive};
 use messages::topic;
 use recording::{Recording, recover};
 
@@ -26,6 +26,8 @@ fn ctrl_c_ends_everything_and_the_recording_is_whole() {
     run.assert_nothing_left();
     let recording = Recording::open(&run.recording()).expect("finished");
     assert!(recording.messages(topic::ROBOT_COMMAND).expect("whole").len() > 100);
+    // Wherever it was broken off, what is there can be looked into.
+    ["estimator", "controller", "simulator"].iter().for_each(|process| assert_replays(&run.recording(), process));
 }
 
 #[test]
@@ -51,7 +53,7 @@ fn a_killed_recorder_leaves_a_recording_that_can_be_recovered() {
     let recovered = recover(&run.folder()).expect("writable");
     assert_eq!(recovered.len(), 1);
     assert!(recovered[0].messages > 0);
-    Recording::open(&run.recording()).expect("finished now");
+    assert_replays(&run.recording(), "controller");
 }
 
 #[test]
@@ -91,4 +93,5 @@ fn a_robot_that_falls_ends_with_code_1_and_when_and_why() {
     let recording = Recording::open(&run.recording()).expect("finished");
     let truths = recording.messages(topic::TRUTH_ROBOT).expect("whole");
     assert_eq!(truths.last().map(|truth| truth.fallen), Some(1), "the fall is the last that is recorded");
+    assert_replays(&run.recording(), "simulator");
 }

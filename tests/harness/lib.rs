@@ -5,7 +5,7 @@ use messages::{Message, Topic, topic};
 use recording::{Recording, recover};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -224,6 +224,25 @@ impl Finished {
         let left = self.domain.leftovers();
         assert!(left.is_empty(), "left in shared memory: {left:?}\n{}", self.stderr);
     }
+}
+
+/// Runs a process of a recorded walk again: exit code, results, diagnostics.
+pub fn replay(recording: &Path, process: &str, more: &[&str]) -> (Option<i32>, String, String) {
+    let mut command = Command::new(binaries().join("soleus-replayer"));
+    let Output { status, stdout, stderr } =
+        command.arg(recording).args(["--process", process]).args(more).output().expect("it can be started");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (status.code(), text(stdout), text(stderr))
+}
+
+/// Asserts that a process of a recorded walk, run again, says the same to the bit.
+pub fn assert_replays(recording: &Path, process: &str) {
+    let (code, stdout, stderr) = replay(recording, process, &[]);
+    assert_eq!(code, Some(0), "{process}: {stdout}\n{stderr}");
+    assert!(
+        !stdout.is_empty() && stdout.lines().all(|line| line.ends_with("the same to the bit")),
+        "{process}: {stdout}"
+    );
 }
 
 /// Process ids of a process's children, by name.

@@ -229,6 +229,18 @@ pub enum ReceiveError {
         /// The topic.
         topic: &'static str,
     },
+    /// For as long as one was ready to wait, all that came was about another robot.
+    #[error(
+        "what comes on `{topic}` is about another robot (fingerprint {found:016x}, ours is {expected:016x}): give all processes the same robot folder"
+    )]
+    OtherRobot {
+        /// The topic.
+        topic: &'static str,
+        /// Fingerprint of our robot.
+        expected: u64,
+        /// Fingerprint in the latest message.
+        found: u64,
+    },
     /// The pattern is longer than we have memory for.
     #[error(
         "a pattern of {found} phases arrived, more than the {limit} there is memory for: raise max_phases or plan shorter"

@@ -125,14 +125,16 @@ impl PatternSubscriber {
     /// Waits for a pattern, at most for `patience`.
     ///
     /// # Errors
-    /// As [`PatternSubscriber::latest`].
+    /// As [`PatternSubscriber::latest`], and when nothing but patterns for another robot came.
     pub fn wait(&mut self, patience: Duration) -> Result<Option<Pattern>, ReceiveError> {
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), self.gate.counts);
         loop {
             if let Some(pattern) = self.latest()? {
                 return Ok(Some(pattern));
             }
-            let Some(left) = patience.checked_sub(start.elapsed()) else { return Ok(None) };
+            let Some(left) = patience.checked_sub(start.elapsed()) else {
+                return self.gate.nothing_came(before, TOPIC);
+            };
             sleep_until_woken(self.listener.as_ref(), left.min(SLICE), TOPIC)?;
         }
     }

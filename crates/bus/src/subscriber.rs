@@ -47,11 +47,13 @@ pub(crate) struct Gate {
     /// the old one, and what the old one said may still come after what the new one says.
     previous: BTreeMap<u128, u64>,
     pub(crate) counts: Counts,
+    /// Fingerprint in the latest message that was refused.
+    refused: u64,
 }
 
 impl Gate {
     pub(crate) fn new(robot: Robot) -> Self {
-        Self { robot, previous: BTreeMap::new(), counts: Counts::default() }
+        Self { robot, previous: BTreeMap::new(), counts: Counts::default(), refused: 0 }
     }
 
     /// Whether a message of a publisher with this header may be taken; counts what it learns.
@@ -61,6 +63,7 @@ impl Gate {
         match header.check(ours, previous) {
             Err(Fault::OtherRobot { .. }) => {
                 self.counts.refused += 1;
+                self.refused = header.robot_fingerprint;
                 return false;
             }
             Err(Fault::Gap { expected, found }) => self.counts.lost += found.saturating_sub(expected),
@@ -73,6 +76,19 @@ impl Gate {
         }
         self.counts.taken += 1;
         true
+    }
+
+    /// What somebody is told who waited in vain since these counts.
+    ///
+    /// # Errors
+    /// If messages came, but of another robot: waiting longer would bring nothing else.
+    pub(crate) fn nothing_came<T>(&self, since: Counts, topic: &'static str) -> Result<Option<T>, ReceiveError> {
+        match self.robot {
+            Robot::Only(expected) if self.counts.refused > since.refused => {
+                Err(ReceiveError::OtherRobot { topic, expected, found: self.refused })
+            }
+            _ => Ok(None),
+        }
     }
 }
 
@@ -132,9 +148,9 @@ impl<T: Message> Subscriber<T> {
     /// Waits for the next message, at most for `patience`.
     ///
     /// # Errors
-    /// When the subscriber is broken.
+    /// When the subscriber is broken, and when nothing but messages of another robot came.
     pub fn wait(&mut self, patience: Duration) -> Result<Option<T>, ReceiveError> {
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), self.gate.counts);
         loop {
             let spin_start = Instant::now();
             loop {
@@ -146,7 +162,9 @@ impl<T: Message> Subscriber<T> {
                 }
                 std::hint::spin_loop();
             }
-            let Some(left) = patience.checked_sub(start.elapsed()) else { return Ok(None) };
+            let Some(left) = patience.checked_sub(start.elapsed()) else {
+                return self.gate.nothing_came(before, self.topic.name());
+            };
             sleep_until_woken(self.listener.as_ref(), left.min(SLICE), self.topic.name())?;
         }
     }
@@ -220,9 +238,16 @@ mod tests {
         assert!(!gate.admits(new, &header(13, 8)));
         assert!(gate.admits(new, &header(14, 7)));
         assert_eq!(gate.counts, Counts { taken: 6, lost: 10, restarts: 1, refused: 2 });
+        // Who waits in vain is told of another robot only if it was heard while one waited.
+        let now = gate.counts;
+        assert!(matches!(gate.nothing_came::<()>(now, "t"), Ok(None)));
+        assert!(!gate.admits(of_another_robot, &header(1, 9)));
+        let told = gate.nothing_came::<()>(now, "t");
+        assert!(matches!(told, Err(ReceiveError::OtherRobot { topic: "t", expected: 7, found: 9 })), "{told:?}");
         let mut everybody = Gate::new(Robot::Any);
         assert!(everybody.admits(old, &header(0, 7)) && everybody.admits(new, &header(0, 8)));
         assert_eq!(everybody.counts, Counts { taken: 2, restarts: 1, ..Counts::default() });
+        assert!(matches!(everybody.nothing_came::<()>(Counts::default(), "t"), Ok(None)));
     }
 
     #[test]

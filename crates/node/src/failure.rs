@@ -90,8 +90,8 @@ impl Failure {
     /// The process's exit code; the crate's documentation lists them.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Configuration(_) | Self::Unusable { .. } | Self::Receive(bus::ReceiveError::OtherRobot { .. }) => 2,
             Self::Publish(_) | Self::Receive(_) | Self::Running(_) => 1,
-            Self::Configuration(_) | Self::Unusable { .. } => 2,
             Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => 3,
             Self::SafetyStop { reason: Reason::NotSettled, .. } => 6,
             Self::PeerDied { .. } | Self::SafetyStop { .. } => 4,
@@ -104,6 +104,7 @@ impl Failure {
         match self {
             Self::SafetyStop { reason, .. } => *reason,
             Self::PeerDied { .. } => Reason::InputMissing,
+            Self::Receive(bus::ReceiveError::OtherRobot { .. }) => Reason::OtherRobot,
             Self::Deadline { .. } => Reason::Deadline,
             _ => Reason::None,
         }
@@ -144,6 +145,11 @@ mod tests {
             (Failure::Publish(bus::PublishError::PatternTooLong { found: 2, limit: 1 }), 1, Reason::None),
             (Failure::Receive(bus::ReceiveError::Wait { topic: "t" }), 1, Reason::None),
             (Failure::unusable(no_key), 2, Reason::None),
+            (
+                Failure::Receive(bus::ReceiveError::OtherRobot { topic: "t", expected: 7, found: 8 }),
+                2,
+                Reason::OtherRobot,
+            ),
             (Failure::Join(no_owner), 3, Reason::None),
             (Failure::OwnerGone { domain: "d".to_string() }, 3, Reason::None),
             (died, 4, Reason::InputMissing),

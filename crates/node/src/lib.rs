@@ -13,7 +13,7 @@
 //! |---|---|
 //! | 0 | did what it was asked to, or was asked to stop |
 //! | 1 | shared memory or a file failed while running |
-//! | 2 | arguments or configuration are wrong |
+//! | 2 | arguments or configuration are wrong, or the others are configured for another robot |
 //! | 3 | could not start: no owner of the domain, a topic taken, or the owner went away |
 //! | 4 | safety stop: an input stayed away, a solver failed too often, the pattern was refused |
 //! | 5 | deadlines were missed too often |

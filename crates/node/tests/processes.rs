@@ -273,6 +273,28 @@ fn a_program_whose_partner_fails_stops_and_says_so() {
 }
 
 #[test]
+fn a_program_whose_partner_has_another_robot_stops_and_says_so() {
+    let setup = Setup::new("robots");
+    let _owner = Owner::claim(&setup.name).expect("nobody else owns it");
+    let simulator = Domain::join(&setup.name, Process::Simulator, PATIENCE).expect("there is an owner");
+    let mut states = simulator.publisher(topic::ROBOT_STATE).expect("nobody else publishes");
+    let mut answers = simulator.subscriber(topic::SOLE_DEFORMATION, Robot::Any, 4).expect("room");
+    let mut state = |robot| {
+        let message = RobotState { header: Header::new(0, robot), ..RobotState::default() };
+        states.publish(&message).expect("memory");
+    };
+    let echo = Role::start("echo", &setup.arguments("gain = 1.0"));
+    wait_for_state(&simulator, Process::Estimator, State::Ready);
+    state(7);
+    assert!(answers.wait(PATIENCE).expect("receiving works").is_some());
+    state(8);
+    let (code, said) = echo.end();
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("`robot/state` is about another robot (fingerprint 0000000000000008, ours is"), "{said}");
+    assert!(said.contains("the same robot folder"), "{said}");
+}
+
+#[test]
 fn a_program_whose_owner_goes_away_stops() {
     let setup = Setup::new("owner");
     let owner = Owner::claim(&setup.name).expect("nobody else owns it");

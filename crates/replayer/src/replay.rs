@@ -111,8 +111,7 @@ fn estimate(
 ) -> Result<(), ReplayError> {
     let settings: EstimatorSettings = config.parse()?;
     let mut process = EstimatorProcess::with_store(&settings, store).map_err(build(Process::Estimator))?;
-    let (header, phases) = inputs.pattern_for(Process::Estimator)?;
-    same_robot(&header.header, process.robot_fingerprint())?;
+    let (header, phases) = pattern(inputs, Process::Estimator, process.robot_fingerprint())?;
     process.take_pattern(header, phases)?;
     for state in inputs.states.iter() {
         let tick = state.header.tick;
@@ -146,8 +145,7 @@ fn control(
 ) -> Result<(), ReplayError> {
     let settings: ControllerSettings = config.parse()?;
     let mut process = ControllerProcess::new(&settings).map_err(build(Process::Controller))?;
-    let (header, phases) = inputs.pattern_for(Process::Controller)?;
-    same_robot(&header.header, process.robot_fingerprint())?;
+    let (header, phases) = pattern(inputs, Process::Controller, process.robot_fingerprint())?;
     process.take_pattern(header, phases)?;
     for state in inputs.states.iter() {
         let tick = state.header.tick;
@@ -226,6 +224,12 @@ fn simulate(
         }
     }
     Ok(())
+}
+
+fn pattern(inputs: &Inputs, process: Process, robot: u64) -> Result<(&PatternHeader, &[PatternPhase]), ReplayError> {
+    let (header, phases) = inputs.pattern_for(process)?;
+    same_robot(&header.header, robot)?;
+    Ok((header, phases))
 }
 
 fn same_robot(header: &Header, configured: u64) -> Result<(), ReplayError> {

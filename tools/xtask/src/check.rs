@@ -9,6 +9,7 @@ use std::process::Command;
 pub fn all() -> anyhow::Result<()> {
     run("format", cargo().args(["fmt", "--all", "--check"]))?;
     rules_and_licenses()?;
+    spelling()?;
     run("lints", cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     run("documentation", cargo().args(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
     run("tests", cargo().args(["test", "--workspace"]))?;
@@ -25,6 +26,17 @@ pub fn rules_and_licenses() -> anyhow::Result<()> {
         return Ok(());
     }
     bail!("rules are broken:\n  {}", violations.join("\n  "))
+}
+
+/// Spelling, where the checker is installed: the one tool here that does not come with Rust.
+fn spelling() -> anyhow::Result<()> {
+    match Command::new("typos").arg("--version").output() {
+        Ok(_) => run("spelling", &mut Command::new("typos")),
+        Err(_) => {
+            eprintln!("== spelling is left out: no `typos` (cargo install typos-cli, or pip install typos)");
+            Ok(())
+        }
+    }
 }
 
 fn run(name: &str, command: &mut Command) -> anyhow::Result<()> {

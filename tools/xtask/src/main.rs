@@ -23,7 +23,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Format, dependency rules, licences, lints, documentation, tests, release build.
+    /// Format, dependency rules, licences, spelling, lints, documentation, tests, release build.
     Check,
     /// Dependency rules and licences only.
     Rules,
