@@ -138,24 +138,19 @@ pub fn step_rules(landing: &Stand, stance: &Stand, settings: &GaitSettings) -> [
     };
     let ((e1, e2), (l1, l2)) = (axes(stance.guess.yaw_rad), axes(landing.guess.yaw_rad));
     let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-    let (landing_sole, stance_sole) =
-        (Outline::new(settings, landing.side, 0.0), Outline::new(settings, stance.side, 0.0));
-    let (inner_landing, inner_stance) = (landing_sole.inner(landing.side), stance_sole.inner(stance.side));
-    // Inner corners from their own ankle, in world axes; the landing foot's inner side points to -sigma.
-    let corner = |x: f64, y: f64, (a, b): ([f64; 2], [f64; 2])| [x * a[0] + y * b[0], x * a[1] + y * b[1]];
-    let reach_of_landing = (landing_sole.x.map(|x| -sigma * dot(e2, corner(x, -sigma * inner_landing, (l1, l2)))))
-        .into_iter()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let reach_of_stance = (stance_sole.x.map(|x| sigma * dot(l2, corner(x, sigma * inner_stance, (e1, e2)))))
-        .into_iter()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let gap = |across: [f64; 2], own: f64, reach: f64| StepRule {
+    // How far the corners of one foot's inner edge reach towards the other foot: soles mirror each other, so it is the same seen from
+    // either.
+    let sole = Outline::new(settings, landing.side, 0.0);
+    let inner = sole.inner(landing.side);
+    let (sin, cos) = (dot(e2, l1), dot(e1, l1));
+    let reach = sole.x.into_iter().map(|x| inner * cos - sigma * x * sin).fold(f64::NEG_INFINITY, f64::max);
+    let gap = |across: [f64; 2]| StepRule {
         label: RowLabel::FeetGap { step },
         rule: "gap to the other foot",
         direction: across.map(|c| sigma * c),
-        lower: limits.feet_gap_min_m + own + reach,
+        lower: limits.feet_gap_min_m + inner + reach,
         upper: f64::INFINITY,
-        offset: -own - reach,
+        offset: -inner - reach,
     };
     [
         StepRule {
@@ -174,8 +169,8 @@ pub fn step_rules(landing: &Stand, stance: &Stand, settings: &GaitSettings) -> [
             upper: limits.step_width_max_m,
             offset: 0.0,
         },
-        gap(e2, inner_stance, reach_of_landing),
-        gap(l2, inner_landing, reach_of_stance),
+        gap(e2),
+        gap(l2),
     ]
 }
 

@@ -80,7 +80,7 @@ pub struct StartSettings {
     pub yaw_rad: f64,
     /// Distance between the ankles (m), at the start and, on straight walks, all the time.
     pub ankle_distance_m: f64,
-    /// The foot that leaves the ground first.
+    /// The foot that leaves the ground first; on a prescribed path its first landing says which.
     pub first_swing: Side,
 }
 

@@ -4,15 +4,15 @@ use spatial::InertiaError;
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
     /// The text is not XML. Remedy: check the place with an XML linter.
-    #[error("the URDF is not well-formed XML near byte {byte}")]
+    #[error("the URDF is not well-formed XML near line {line}")]
     Xml {
-        /// Offset in the text.
-        byte: u64,
+        /// Line, from 1.
+        line: usize,
         /// What the XML reader says.
         source: quick_xml::Error,
     },
     /// The document is XML, but its root element is not `robot`.
-    #[error("the root element is <{found}>, a URDF has <robot>")]
+    #[error("{}, a URDF has <robot>", if .found.is_empty() { "the file has no element".to_owned() } else { format!("the root element is <{found}>") })]
     NotARobot {
         /// Name of the root element, empty if there is none.
         found: String,
@@ -30,6 +30,20 @@ pub enum ModelError {
         item: Item,
         /// What `urdf-rs` says.
         source: urdf_rs::UrdfError,
+    },
+    /// What should be a number, or three of them, is not. Remedy: numbers have a decimal point and no unit, and spaces between them.
+    #[error("{item}: <{element} {attribute}=\"{found}\">: {expected} expected")]
+    Number {
+        /// Which one.
+        item: Item,
+        /// The element in it.
+        element: String,
+        /// The element's attribute.
+        attribute: String,
+        /// Its value.
+        found: String,
+        /// What it should be.
+        expected: &'static str,
     },
     /// The robot has no link.
     #[error("the robot has no link")]

@@ -36,6 +36,15 @@ pub fn write<T: Serialize>(value: &T) -> anyhow::Result<()> {
     }
 }
 
+/// An error and what caused it, as one sentence. Some errors say their cause's words in their own message; once is enough.
+pub fn chain(error: &anyhow::Error) -> String {
+    error
+        .chain()
+        .skip(1)
+        .map(ToString::to_string)
+        .fold(error.to_string(), |text, cause| if text.contains(&cause) { text } else { format!("{text}: {cause}") })
+}
+
 /// Row-major nested lists of any matrix.
 pub fn rows<R: Dim, C: Dim, S: RawStorage<f64, R, C>>(matrix: &Matrix<f64, R, C, S>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()

@@ -54,7 +54,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Solved) => ExitCode::SUCCESS,
         Ok(Outcome::NotSolved) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("soleus-inspect: {error:#}");
+            eprintln!("soleus-inspect: {}", door::chain(&error));
             ExitCode::from(2)
         }
     }

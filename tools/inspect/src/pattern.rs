@@ -6,7 +6,7 @@ use crate::door::{self, Outcome};
 use anyhow::Context;
 use gait::{CheckReport, CostTerms, GaitError, GaitSettings, PatternProblem, Plan, PlanReport, Quantity, Worst};
 use pattern::{Foothold, Planar, Reference, Side, WalkPattern};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use spatial::so3;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Gait configuration; without it, the defaults.
     #[arg(long)]
     config: Option<PathBuf>,
-    /// Overrides a value, as in `--set cost.lambda=0.8`; may be repeated.
+    /// Overrides a value, as in `--set cost.lambda=0.8` or `--set gait.cost.lambda=0.8`; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Rate of the samples.
@@ -228,15 +228,21 @@ fn read(arguments: &Arguments) -> anyhow::Result<GaitSettings> {
             table = gait.try_into().with_context(|| format!("{name}: gait is not a table"))?;
         }
     }
+    let read = |table: &toml::Table| GaitSettings::deserialize(table.clone());
+    if arguments.set.is_empty() || read(&table).is_err() {
+        return read(&table).with_context(|| format!("{name} is no gait configuration (--example prints one)"));
+    }
     for assignment in &arguments.set {
         set(&mut table, assignment)?;
     }
-    table.try_into().with_context(|| format!("{name} is not a gait configuration (--example prints one)"))
+    let all = arguments.set.iter().map(|assignment| format!("--set {assignment}")).collect::<Vec<_>>().join(" ");
+    read(&table).with_context(|| format!("{name} with {all} is no gait configuration (--example prints one)"))
 }
 
-/// `a.b=value`, the value in TOML's own syntax.
+/// `a.b=value`, the value in TOML's own syntax. The table [gait] of a planner's configuration may be named or left out.
 fn set(table: &mut toml::Table, assignment: &str) -> anyhow::Result<()> {
     let (key, value) = assignment.split_once('=').with_context(|| format!("--set {assignment}: expected KEY=VALUE"))?;
+    let key = key.strip_prefix("gait.").unwrap_or(key);
     let parsed: toml::Table =
         format!("value = {value}").parse().with_context(|| format!("--set {assignment}: {value} is no TOML value"))?;
     let mut parts: Vec<_> = key.split('.').collect();

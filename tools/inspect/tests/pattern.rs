@@ -160,6 +160,8 @@ fn samples_are_what_the_polynomials_say() {
 fn single_keys_are_set_on_top_and_the_rate_is_the_samples() {
     let usual = solved(&["--rate-hz", "10"]);
     let heavier = solved(&["--rate-hz", "20", "--set", "cost.lambda=1.0", "--set", "start={x_m=2.0}"]);
+    let named = solved(&["--rate-hz", "20", "--set", "gait.cost.lambda=1.0", "--set", "gait.start={x_m=2.0}"]);
+    assert_eq!(named["pattern"], heavier["pattern"]);
     assert_eq!((list(&usual, "/samples").len(), list(&heavier, "/samples").len()), (146, 290));
     assert_eq!(number(&heavier, "/cost/weighted/ankle_torque_single"), 0.0);
     assert!((number(&heavier, "/samples/0/com/position/0") - 2.0).abs() < 1e-12);
@@ -205,7 +207,10 @@ fn what_cannot_be_understood_is_an_error_with_exit_code_2_that_names_it() {
         assert!(errors.contains(words), "{arguments:?}: {errors} does not say {words}");
     };
     for (assignment, words) in [
-        ("cost.lamda=0.5", "lamda"),
+        (
+            "cost.lamda=0.5",
+            "--set cost.lamda=0.5 is no gait configuration (--example prints one): unknown field `lamda`",
+        ),
         ("cost.lambda=\"half\"", "half"),
         ("cost.lambda=1.1", "cost.lambda = 1.1"),
         ("cost.lambda", "expected KEY=VALUE"),
@@ -238,7 +243,10 @@ fn what_cannot_be_understood_is_an_error_with_exit_code_2_that_names_it() {
     let file = |name: &str, text: &str| write(&folder, name, text.as_bytes()).to_str().expect("UTF-8").to_string();
     refused(&["--config", &file("no.toml", "[cost\nlambda = 1")], "is not TOML");
     refused(&["--config", &file("flat.toml", "gait = 3")], "gait is not a table");
-    refused(&["--config", &file("other.toml", "[speed]\nx = 1")], "is not a gait configuration (--example prints one)");
+    refused(
+        &["--config", &file("other.toml", "[speed]\nx = 1")],
+        "other.toml is no gait configuration (--example prints one)",
+    );
     refused(&["--config", &file("half.toml", "[walk]\nswings = 3")], "kind");
     let missing = folder.path().join("missing");
     refused(&["--config", missing.to_str().expect("UTF-8")], "reading");

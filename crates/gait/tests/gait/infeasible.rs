@@ -92,6 +92,9 @@ fn free_steps_that_cannot_cover_the_distance_name_the_lengths_in_conflict() {
     let GaitError::Infeasible { conflict, least_violation_m } = &error else { panic!("{error}") };
     let lengths = conflict.iter().filter(|label| matches!(label, RowLabel::StepLength { .. })).count();
     assert_eq!(lengths, 5, "{error}");
+    let told = error.to_string();
+    let named = (1..=5).filter(|step| told.contains(&format!("length of step {step}"))).count();
+    assert!(named == 4 && told.ends_with("; and 1 more"), "{told}");
     // Five landings share 0.1 m too much: at best each breaks its limit by 0.02 m.
     assert!((least_violation_m - 0.02).abs() < 1e-8, "{least_violation_m}");
 }

@@ -34,10 +34,12 @@ impl Document {
 }
 
 pub(super) fn clean(text: &str) -> Result<Document, ModelError> {
+    // Some editors begin a file with a byte-order mark; the reader would skip it and count places from behind it.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = Reader::from_str(text);
     let mut document = None;
     loop {
-        match next(&mut reader)? {
+        match next(&mut reader, text)? {
             Event::Start(start) if start.name().as_ref() == b"robot" => {
                 document = Some(robot(&mut reader, text, &start)?);
             }
@@ -59,16 +61,16 @@ fn robot<'a>(reader: &mut Reader<&'a [u8]>, text: &'a str, start: &BytesStart) -
     let mut elements = Vec::new();
     loop {
         let begin = position(reader);
-        match next(reader)? {
+        match next(reader, text)? {
             Event::Start(start) => match start.name().as_ref() {
                 b"link" => elements.push(link(reader, text, begin, &start)?),
                 b"joint" => elements.push(joint(reader, text, begin, &start)?),
-                _ => skip(reader, &start)?,
+                _ => skip(reader, text, &start)?,
             },
             Event::Empty(start) => {
                 let item = match start.name().as_ref() {
-                    b"link" => Item::Link(name(&start)),
-                    b"joint" => Item::Joint(name(&start)),
+                    b"link" => Item::Link(name(&start, text, begin)),
+                    b"joint" => Item::Joint(name(&start, text, begin)),
                     _ => {
                         refuse_macro(&start)?;
                         continue;
@@ -77,7 +79,7 @@ fn robot<'a>(reader: &mut Reader<&'a [u8]>, text: &'a str, start: &BytesStart) -
                 elements.push(Element { item, text: text[begin..position(reader)].to_owned(), has_limit: false });
             }
             Event::End(_) => return Ok(Document { opening, elements }),
-            Event::Eof => return Err(unclosed(reader, "robot")),
+            Event::Eof => return Err(unclosed(reader, text, "robot")),
             _ => {}
         }
     }
@@ -92,23 +94,23 @@ fn link<'a>(
 ) -> Result<Element, ModelError> {
     let mut kept = text[begin..position(reader)].to_owned();
     loop {
-        let begin = position(reader);
-        match next(reader)? {
+        let child_begin = position(reader);
+        match next(reader, text)? {
             Event::Start(child) => {
-                skip(reader, &child)?;
+                skip(reader, text, &child)?;
                 if child.name().as_ref() == b"inertial" {
-                    kept.push_str(&text[begin..position(reader)]);
+                    kept.push_str(&text[child_begin..position(reader)]);
                 }
             }
             Event::Empty(child) if child.name().as_ref() == b"inertial" => {
-                kept.push_str(&text[begin..position(reader)]);
+                kept.push_str(&text[child_begin..position(reader)]);
             }
             Event::Empty(child) => refuse_macro(&child)?,
             Event::End(_) => {
                 kept.push_str("</link>");
-                return Ok(Element { item: Item::Link(name(start)), text: kept, has_limit: false });
+                return Ok(Element { item: Item::Link(name(start, text, begin)), text: kept, has_limit: false });
             }
-            Event::Eof => return Err(unclosed(reader, "link")),
+            Event::Eof => return Err(unclosed(reader, text, "link")),
             _ => {}
         }
     }
@@ -123,35 +125,41 @@ fn joint<'a>(
 ) -> Result<Element, ModelError> {
     let mut has_limit = false;
     loop {
-        match next(reader)? {
+        match next(reader, text)? {
             Event::Start(child) => {
                 has_limit |= child.name().as_ref() == b"limit";
-                skip(reader, &child)?;
+                skip(reader, text, &child)?;
             }
             Event::Empty(child) => {
                 has_limit |= child.name().as_ref() == b"limit";
                 refuse_macro(&child)?;
             }
             Event::End(_) => {
-                let text = text[begin..position(reader)].to_owned();
-                return Ok(Element { item: Item::Joint(name(start)), text, has_limit });
+                let item = Item::Joint(name(start, text, begin));
+                return Ok(Element { item, text: text[begin..position(reader)].to_owned(), has_limit });
             }
-            Event::Eof => return Err(unclosed(reader, "joint")),
+            Event::Eof => return Err(unclosed(reader, text, "joint")),
             _ => {}
         }
     }
 }
 
-fn next<'a>(reader: &mut Reader<&'a [u8]>) -> Result<Event<'a>, ModelError> {
-    reader.read_event().map_err(|source| ModelError::Xml { byte: reader.error_position(), source })
+fn next<'a>(reader: &mut Reader<&'a [u8]>, text: &str) -> Result<Event<'a>, ModelError> {
+    reader.read_event().map_err(|source| ModelError::Xml { line: line(text, reader.error_position()), source })
 }
 
-fn skip(reader: &mut Reader<&[u8]>, start: &BytesStart) -> Result<(), ModelError> {
+fn skip(reader: &mut Reader<&[u8]>, text: &str, start: &BytesStart) -> Result<(), ModelError> {
     refuse_macro(start)?;
     reader
         .read_to_end(start.name())
         .map(drop)
-        .map_err(|source| ModelError::Xml { byte: reader.error_position(), source })
+        .map_err(|source| ModelError::Xml { line: line(text, reader.error_position()), source })
+}
+
+/// The line, from 1, of a place in the text (bytes).
+fn line(text: &str, place: u64) -> usize {
+    let before = usize::try_from(place).map_or(text.len(), |place| place.min(text.len()));
+    text.as_bytes()[..before].iter().filter(|byte| **byte == b'\n').count() + 1
 }
 
 fn refuse_macro(start: &BytesStart) -> Result<(), ModelError> {
@@ -161,9 +169,9 @@ fn refuse_macro(start: &BytesStart) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn unclosed(reader: &Reader<&[u8]>, element: &str) -> ModelError {
+fn unclosed(reader: &Reader<&[u8]>, text: &str, element: &str) -> ModelError {
     let source = quick_xml::errors::IllFormedError::MissingEndTag(element.to_owned()).into();
-    ModelError::Xml { byte: reader.buffer_position(), source }
+    ModelError::Xml { line: line(text, reader.buffer_position()), source }
 }
 
 fn position(reader: &Reader<&[u8]>) -> usize {
@@ -174,10 +182,10 @@ fn local_name(start: &BytesStart) -> String {
     String::from_utf8_lossy(start.name().as_ref()).into_owned()
 }
 
-/// The `name` attribute; `urdf-rs` complains where it is missing.
-fn name(start: &BytesStart) -> String {
+/// The `name` attribute of the element that begins at a place in the text; `urdf-rs` complains where it is missing.
+fn name(start: &BytesStart, text: &str, begin: usize) -> String {
     match start.try_get_attribute("name") {
         Ok(Some(attribute)) => String::from_utf8_lossy(&attribute.value).into_owned(),
-        _ => String::new(),
+        _ => format!("without a name in line {}", line(text, begin as u64)),
     }
 }

@@ -209,7 +209,8 @@ fn a_mimic_that_makes_no_sense_names_its_joint() {
         assert_refused!(follower(attribute, LIMIT), ModelError::NotFinite { .. }, "joint `k`", "mimic");
     }
     assert_refused!(follower(r#"multiplier="1e7""#, LIMIT), ModelError::Absurd { .. }, "joint `k`", "mimic multiplier");
-    assert_refused!(follower(r#"multiplier="two""#, LIMIT), ModelError::Unreadable { .. }, "joint `k`");
+    let words = follower(r#"multiplier="two""#, LIMIT);
+    assert_refused!(words, ModelError::Number { .. }, "joint `k`: <mimic multiplier=\"two\">");
     let nameless = pair(joint("j", "revolute", "a", "b", &format!("{LIMIT}<mimic/>")));
     assert_refused!(nameless, ModelError::Unreadable { .. }, "joint `j`");
     let floating = pair(joint("j", "floating", "a", "b", r#"<mimic joint="k"/>"#));
@@ -243,13 +244,16 @@ fn a_long_chain_is_read_without_recursion() {
 #[test]
 fn texts_that_are_no_robots_are_refused() {
     let from = |text: &str| Model::from_urdf(text, &ModelOptions::default()).unwrap_err();
-    assert!(matches!(from(""), ModelError::NotARobot { .. }));
+    assert_eq!(from("").to_string(), "the file has no element, a URDF has <robot>");
+    assert_eq!(from("<sdf/>").to_string(), "the root element is <sdf>, a URDF has <robot>");
     assert!(matches!(from("<sdf/>"), ModelError::NotARobot { found } if found == "sdf"));
     assert!(matches!(from("<robot/>"), ModelError::NoLink));
     for broken in ["<robot name=\"a\"><link name=\"b\">", "<robot></link></robot>", "<robot><link name=\"a\"></robot>"]
     {
-        assert!(matches!(from(broken), ModelError::Xml { .. }), "{broken}");
+        assert!(matches!(from(broken), ModelError::Xml { line: 1, .. }), "{broken}");
     }
+    let third = "<robot>\n<link name=\"a\"/>\n<link name=\"b\"></joint>\n</robot>";
+    assert_eq!(from(third).to_string(), "the URDF is not well-formed XML near line 3");
     let macros = r#"<robot name="a"><xacro:include filename="x"/><link name="b"/></robot>"#;
     assert!(matches!(from(macros), ModelError::Macro { element } if element == "xacro:include"));
 }
@@ -259,12 +263,44 @@ fn a_missing_or_wrong_number_names_its_link_or_joint() {
     let no_mass = r#"<inertial><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"#;
     assert_refused!([link("a", MASS), link("heavy", no_mass)], ModelError::Unreadable { .. }, "link `heavy`", "mass");
     let text = MASS.replace(r#"value="1""#, r#"value="one""#);
-    assert_refused!([link("heavy", &text)], ModelError::Unreadable { .. }, "link `heavy`");
-    let two = r#"<origin xyz="1 2"/>"#;
-    assert_refused!(pair(joint("j", "fixed", "a", "b", two)), ModelError::Unreadable { .. }, "joint `j`");
+    assert_refused!(
+        [link("heavy", &text)],
+        ModelError::Number { .. },
+        "link `heavy`: <mass value=\"one\">: one number"
+    );
+    let comma = MASS.replace(r#"ixx="1""#, r#"ixx="0,1""#);
+    assert_refused!(
+        [link("heavy", &comma)],
+        ModelError::Number { .. },
+        "link `heavy`: <inertia ixx=\"0,1\">: one number"
+    );
+    for two in ["1 2", "1, 2, 3", "0.1m 0 0", ""] {
+        let origin = format!(r#"<origin xyz="{two}"/>"#);
+        let place = format!("joint `j`: <origin xyz=\"{two}\">: three numbers");
+        assert_refused!(pair(joint("j", "fixed", "a", "b", &origin)), ModelError::Number { .. }, &place);
+    }
+    let limit = LIMIT.replace("velocity=\"1\"", "velocity=\"fast\"");
+    assert_ne!(limit, LIMIT);
+    assert_refused!(
+        pair(joint("j", "revolute", "a", "b", &limit)),
+        ModelError::Number { .. },
+        "<limit velocity=\"fast\">"
+    );
+    let unnamed = "\n<link name=\"a\"/>\n<link/>".to_owned();
+    assert_refused!([unnamed], ModelError::Unreadable { .. }, "link `without a name in line 3`", "name");
     let headless = r#"<joint name="j" type="fixed"><child link="b"/></joint>"#.to_owned();
     assert_refused!(pair(headless), ModelError::Unreadable { .. }, "joint `j`", "parent");
     assert_refused!(pair(joint("j", "twisting", "a", "b", "")), ModelError::Unreadable { .. }, "joint `j`", "twisting");
+}
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_robot() {
+    let text = robot(&pair(joint("j", "revolute", "a", "b", LIMIT)));
+    let options = ModelOptions::default();
+    assert_eq!(
+        Model::from_urdf(&format!("\u{feff}{text}"), &options).unwrap(),
+        Model::from_urdf(&text, &options).unwrap()
+    );
 }
 
 #[test]
