@@ -71,9 +71,10 @@ pub(crate) struct Feedback {
     settings: IntegrationSettings,
     observer: BaseObserver,
     soles: [SoleYield; 2],
-    /// The feet of the last ticks, oldest first.
-    anchors: VecDeque<[FootAnchor; 2]>,
-    anchors_max: usize,
+    /// Ticks by which what arrives is older than the plan's present.
+    behind_ticks: usize,
+    /// The feet of the last ticks, oldest first: one that is needed, or the last before it, and the later ones.
+    anchors: VecDeque<(i64, [FootAnchor; 2])>,
     measured: RobotState,
     joint_rates: DVector<f64>,
     last_tick: Option<i64>,
@@ -99,8 +100,8 @@ impl Feedback {
             settings: *settings,
             observer: BaseObserver::new(model.clone(), observer_settings)?,
             soles: [SoleYield::new(settings.sole_yield()); 2],
+            behind_ticks,
             anchors: VecDeque::with_capacity(behind_ticks + 2),
-            anchors_max: behind_ticks + 1,
             measured: RobotState { q: model.neutral(), v: DVector::zeros(model.nv()) },
             joint_rates: DVector::zeros(model.joint_count()),
             last_tick: None,
@@ -118,12 +119,24 @@ impl Feedback {
         self.soles = [SoleYield::new(self.settings.sole_yield()); 2];
     }
 
-    /// Remembers where the soles are at this tick; once per tick, whatever is measured.
+    /// Remembers where the soles are, whatever is measured. Ticks may be missing, and the last deformation may come again.
     pub fn remember(&mut self, deformation: &SoleDeformation) {
-        if self.anchors.len() == self.anchors_max {
+        let tick = deformation.header.tick;
+        if self.anchors.back().is_some_and(|(last, _)| *last >= tick) {
+            return;
+        }
+        let needed_tick = tick - self.behind_ticks as i64;
+        while self.anchors.get(1).is_some_and(|(next, _)| *next <= needed_tick) {
             self.anchors.pop_front();
         }
-        self.anchors.push_back(deformation.feet.each_ref().map(foot_anchor));
+        self.anchors.push_back((tick, deformation.feet.each_ref().map(foot_anchor)));
+    }
+
+    /// Where the feet were when the robot was as it is measured at this tick: at the last tick up to then, or at the first one.
+    fn anchors_at(&self, measured_tick: i64) -> Option<[FootAnchor; 2]> {
+        let tick = measured_tick - self.behind_ticks as i64;
+        let known = self.anchors.iter().rev().find(|(at, _)| *at <= tick).or(self.anchors.front());
+        known.map(|(_, feet)| *feet)
     }
 
     /// The measured state, carried forward to the present tick. `own` is the state it should be near.
@@ -156,7 +169,7 @@ impl Feedback {
         if gyro.norm() > GYRO_MAX_RAD_PER_S {
             return Err(Refused::Gyro);
         }
-        let feet = *self.anchors.front().ok_or(Refused::Stale)?;
+        let feet = self.anchors_at(tick).ok_or(Refused::Stale)?;
         let (positions, rates) = (&self.measured.q.joints, &self.joint_rates);
         let measurement = Measurement { joints: positions, joint_rates: rates, imu_rotation, gyro, feet };
         if ticks > 1 {
@@ -220,7 +233,7 @@ mod tests {
 
     /// Both soles at a tick: all ankles slide forwards together, one above the other.
     fn soles(tick: i64) -> SoleDeformation {
-        let mut deformation = SoleDeformation::default();
+        let mut deformation = SoleDeformation { header: Header::new(tick, 1), ..Default::default() };
         for foot in &mut deformation.feet {
             foot.in_contact = 1;
             foot.load_share = 0.5;
@@ -269,6 +282,41 @@ mod tests {
         assert!((here - (start - per_tick) - 19.0 * per_tick).abs() < 1e-12, "{here} {start}");
         let (late, ..) = joints_apart(3);
         assert!((late - here).abs() < 1e-12, "the delay is made up for: {late} {here}");
+    }
+
+    #[test]
+    fn ticks_that_are_missed_and_soles_that_come_twice_shift_no_anchor() {
+        let delay_ticks = 3;
+        let per_tick = ANKLE_SPEED_M_PER_S * CONTROL_PERIOD_S;
+        let mut bench = bench(IntegrationSettings {
+            measurement_delay_ticks: delay_ticks,
+            distance_max_m: 1.0,
+            velocity_time_s: 0.0,
+            ..Default::default()
+        });
+        // With a single sole there is no past: the base is carried forward from it by the delay and the ramp's tick.
+        let own = bench.base();
+        let start = own.q.base.translation.x - f64::from(delay_ticks + 1) * per_tick;
+        let mut known = vec![0];
+        for tick in 1..60 {
+            // The controller misses a tick now and then, and sometimes the estimator does.
+            if tick % 7 == 3 {
+                continue;
+            }
+            let newest = if tick % 11 == 5 { tick - 1 } else { tick };
+            known.push(newest);
+            bench.feedback.remember(&soles(newest));
+            bench.message.header.tick = tick;
+            let seen = bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own);
+            let x = seen.expect("near enough").q.base.translation.x;
+            // The sole of the very tick, or the one before it.
+            let at = (tick - i64::from(delay_ticks) - 1).max(0);
+            let expected = known.iter().copied().filter(|known| *known <= at).max().expect("the first");
+            let found = (x - start) / per_tick - f64::from(delay_ticks + 1);
+            assert!((found - expected as f64).abs() < 1e-9, "tick {tick}: anchored at {found}, not {expected}");
+            let capacity = bench.feedback.behind_ticks + 2;
+            assert!(bench.feedback.anchors.len() <= capacity && bench.feedback.anchors.capacity() == capacity);
+        }
     }
 
     #[test]
@@ -338,5 +386,14 @@ mod tests {
         bench.see(1, &own).expect("0.1 m are believed");
         own.q.base.translation.y += 0.02;
         assert_eq!(bench.see(2, &own).err(), Some(Refused::Distance));
+        // And in orientation alone: 0.3 rad.
+        let mut own = bench.base();
+        own.q.base = bench.feedback.estimate().pose;
+        let straight = own.q.base.rotation;
+        for (tick, turn_rad, refused) in [(3, 0.29, None), (4, -0.29, None), (5, 0.31, Some(Refused::Distance))] {
+            own.q.base.rotation = so3::about_z(turn_rad) * straight;
+            own.q.base.translation = bench.feedback.estimate().pose.translation;
+            assert_eq!(bench.see(tick, &own).err(), refused, "{turn_rad} rad");
+        }
     }
 }
