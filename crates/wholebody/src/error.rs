@@ -26,7 +26,7 @@ pub enum WholeBodyError {
         name: String,
     },
     /// The order of giving way names a kind of limit twice.
-    #[error("whole-body settings: `relaxation.order` lists {limit:?} twice: keep the first")]
+    #[error("whole-body settings: `relaxation.order` lists {limit} twice: keep the first")]
     ListedTwice {
         /// The kind.
         limit: Limit,

@@ -40,7 +40,7 @@
 //! when nothing helped and the joints are brought to rest. When the active set runs out of iterations or fails, Clarabel takes
 //! the step ([`StepReport::answered_by`]). The ladder is in `fallback.rs`, its order and allowances are
 //! [`RelaxationSettings`]; no torque beyond the motor's limit is ever sent. Every program can be written down
-//! ([`WholeBody::last_program`]) and solved again with `soleus-inspect qp`.
+//! ([`WholeBody::last_program`]) and solved again with `soleus-inspect qp < FILE`.
 //!
 //! # State
 //! [`StateIntegrator`] turns accelerations into the state of the next step, open loop (the paper's) or drawn towards what

@@ -157,6 +157,19 @@ pub enum Limit {
     Contact,
 }
 
+/// As the configuration spells it.
+impl std::fmt::Display for Limit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Load => "load",
+            Self::Collision => "collision",
+            Self::JointMotion => "joint-motion",
+            Self::Torque => "torque",
+            Self::Contact => "contact",
+        })
+    }
+}
+
 impl Limit {
     /// All kinds, in the order in which they give way by default.
     pub const ALL: [Self; 5] = [Self::Load, Self::Collision, Self::JointMotion, Self::Torque, Self::Contact];

@@ -13,7 +13,8 @@
 //! turns the feet of a tilting robot back to where the plan has them, which takes away the moment with which the soles hold the robot up.
 //!
 //! The vertical moment is left out: the plan has none, and the step's own is whatever its damping leaves. `d` is limited, for `C` is
-//! linear and a sole that just touches the ground is soft without bound.
+//! linear and a sole that just touches the ground is soft without bound. What is left of it when a foot lifts off fades in the air with
+//! the same time constant, so the foot's target does not jump.
 
 use spatial::{Mat6, Transform, Vec3, Vec6, Wrench, so3};
 
@@ -47,30 +48,35 @@ pub struct LoadedSole {
 pub struct SoleYield {
     settings: SoleYieldSettings,
     displacement: Vec6,
+    /// Ankle from the sole's origin when the foot stood last, world axes (m).
+    arm: Vec3,
 }
 
 impl SoleYield {
     /// Nothing has given way yet.
     #[must_use]
     pub fn new(settings: SoleYieldSettings) -> Self {
-        Self { settings, displacement: Vec6::zeros() }
+        Self { settings, displacement: Vec6::zeros(), arm: Vec3::zeros() }
     }
 
     /// One period. `computed` is the wrench of the ground on the foot that the last step asked for, about `ankle`, world axes; `ankle` the
-    /// ankle's pose for the planned wrench. Returns the pose for the computed one. A foot in the air has no sole, or carries nothing.
+    /// ankle's pose for the planned wrench. Returns the pose for the computed one. A foot in the air has no sole: it loses what is
+    /// left of its displacement.
     pub fn update(&mut self, sole: Option<&LoadedSole>, computed: &Wrench, ankle: &Transform, dt_s: f64) -> Transform {
         let loaded = sole.filter(|_| computed.force.z > 0.0);
         let goal = loaded.map_or_else(Vec6::zeros, |sole| self.answer(sole, computed, ankle));
         let gain = 1.0 - (-dt_s / self.settings.time_s).exp(); // 1 without a low-pass
         self.displacement += gain * (goal - self.displacement);
-        let Some(sole) = sole else { return *ankle };
+        if let Some(sole) = sole {
+            self.arm = ankle.translation - sole.origin;
+        }
         let d = &self.displacement;
         if *d == Vec6::zeros() {
             return *ankle; // to the bit
         }
         let turn = so3::exp(&Vec3::new(d[3], d[4], d[5]));
-        let arm = ankle.translation - sole.origin;
-        Transform::new(turn * ankle.rotation, sole.origin + Vec3::new(d[0], d[1], d[2]) + turn * arm)
+        let shift = Vec3::new(d[0], d[1], d[2]) + turn * self.arm - self.arm;
+        Transform::new(turn * ankle.rotation, ankle.translation + shift)
     }
 
     /// Where the displacement goes.
@@ -153,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn it_comes_and_goes_with_its_time_constant_and_a_foot_in_the_air_follows_its_plan() {
+    fn it_comes_and_goes_with_its_time_constant_in_the_air_too() {
         let time_s = 0.05;
         let mut sole_yield = SoleYield::new(SoleYieldSettings { part: 1.0, time_s });
         let more = Wrench { force: Vec3::new(0.0, 0.0, 400.0), moment: sole().wrench.moment };
@@ -165,12 +171,24 @@ mod tests {
         }
         let whole = 100.0 * PER_FORCE;
         assert!((height / whole - (1.0 - (-1.0_f64).exp())).abs() < 1e-9, "{height}");
-        for _ in 0..10 {
-            assert_eq!(sole_yield.update(None, &Wrench::zero(), &ankle(), PERIOD_S), ankle());
+        let left = |periods: usize| (-(periods as f64) * PERIOD_S / time_s).exp();
+        for periods in 1..=10 {
+            let flying = sole_yield.update(None, &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
+            assert!((flying - ankle().translation.z - height * left(periods)).abs() < 1e-12);
         }
         // What is left when it stands again without load.
         let back = sole_yield.update(Some(&sole()), &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
-        let left = height * (-11.0 * PERIOD_S / time_s).exp();
-        assert!((back - ankle().translation.z - left).abs() < 1e-12);
+        assert!((back - ankle().translation.z - height * left(11)).abs() < 1e-12);
+        // A foot that lifts off while its sole is turned stays turned about where the sole was, wherever it flies.
+        let loaded = about_ankle(Wrench { moment: sole().wrench.moment + Vec3::new(20.0, 0.0, 0.0), ..sole().wrench });
+        let mut sole_yield = SoleYield::new(SoleYieldSettings { part: 1.0, time_s });
+        let standing = sole_yield.update(Some(&sole()), &loaded, &ankle(), PERIOD_S);
+        let elsewhere = Transform::from_translation(Vec3::new(5.0, -1.0, 0.4));
+        let flying = sole_yield.update(None, &Wrench::zero(), &(elsewhere * ankle()), PERIOD_S);
+        let [turned, still_turned] = [standing, flying].map(|pose| so3::log(&pose.rotation));
+        assert!((still_turned - left(1) * turned).norm() < 1e-15 && turned.norm() > 1e-3);
+        let arm = ankle().translation - sole().origin;
+        let place = elsewhere.point(&(sole().origin + so3::exp(&still_turned) * arm));
+        assert!((flying.translation - place).norm() < 1e-14);
     }
 }

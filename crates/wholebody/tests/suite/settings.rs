@@ -160,7 +160,10 @@ fn unknown_names_and_impossible_numbers_are_refused() {
         let refused = refuse(&|s| s.constraints.generators_per_point = generators);
         assert!(refused.contains("`constraints.generators_per_point`") && refused.contains("4, 8 or 16"), "{refused}");
     }
-    assert!(refuse(&|s| s.relaxation.order.push(Limit::Load)).contains("`relaxation.order` lists Load twice"));
+    for (limit, key) in Limit::ALL.into_iter().zip(["load", "collision", "joint-motion", "torque", "contact"]) {
+        let refused = refuse(&|s| s.relaxation.order.push(limit));
+        assert!(refused.contains(&format!("`relaxation.order` lists {key} twice")), "{refused}");
+    }
     assert!(refuse(&|s| s.iterations_max = 0).contains("`solver.iterations_max` is 0"));
     assert!(refuse(&|s| s.iterations_max = usize::MAX).contains("`solver.iterations_max`"));
     let fixed = ModelOptions { base: Base::Fixed, ..ModelOptions::default() };

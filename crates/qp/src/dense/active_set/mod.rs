@@ -554,6 +554,20 @@ mod tests {
     }
 
     #[test]
+    fn a_raised_tolerance_counts_on_the_way_and_not_in_the_end() {
+        let mut problem = Problem::new(Size { variables: 1, equalities: 0, inequalities: 0 });
+        problem.lb[0] = 1.0;
+        let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
+        solver.solve(&problem);
+        solver.is_held.fill(false);
+        (solver.x[0], solver.loosening) = (1.0 - 1e-8, LOOSENING_MAX);
+        for (tolerance, found) in [(Tolerance::Loosened, 0), (Tolerance::Strict, 1)] {
+            solver.find_violated(&problem, tolerance);
+            assert_eq!(solver.pending.len(), found, "{tolerance:?}");
+        }
+    }
+
+    #[test]
     fn the_point_at_which_iterations_run_out_belongs_to_its_multipliers() {
         // All bounds are violated at the start, and each may be taken up but the last.
         let n = 5;
