@@ -6,6 +6,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 
 pub(super) fn read(document: &Document) -> Result<urdf_rs::Robot, ModelError> {
+    document.elements.iter().try_for_each(check_numbers)?;
     let whole = match urdf_rs::read_from_string(&document.text(document.elements.iter())) {
         Ok(robot) => return Ok(robot),
         Err(error) => error,
@@ -13,59 +14,43 @@ pub(super) fn read(document: &Document) -> Result<urdf_rs::Robot, ModelError> {
     // The message does not say where it happened: read the elements one by one until one fails alone.
     for element in &document.elements {
         if let Err(source) = urdf_rs::read_from_string(&document.text(std::iter::once(element))) {
-            return Err(wrong_number(element).unwrap_or(ModelError::Unreadable { item: element.item.clone(), source }));
+            return Err(ModelError::Unreadable { item: element.item.clone(), source });
         }
     }
     Err(ModelError::Unreadable { item: Item::Document, source: whole })
 }
 
-/// `urdf-rs` does not say which number it could not read: the first attribute that should be one and is none.
-fn wrong_number(element: &Element) -> Option<ModelError> {
-    const ONE: [&str; 13] = [
-        "value",
-        "ixx",
-        "ixy",
-        "ixz",
-        "iyy",
-        "iyz",
-        "izz",
-        "lower",
-        "upper",
-        "effort",
-        "velocity",
-        "multiplier",
-        "offset",
-    ];
-    const THREE: [&str; 2] = ["xyz", "rpy"];
+/// `urdf-rs` passes over what is no number among those of a vector ("1 0,5 2 3" becomes 1, 2, 3), and does not say which number it could not
+/// read.
+fn check_numbers(element: &Element) -> Result<(), ModelError> {
     let mut reader = Reader::from_str(&element.text);
-    loop {
-        let tag = match reader.read_event().ok()? {
+    // What is no XML any more, `urdf-rs` refuses.
+    while let Ok(event) = reader.read_event() {
+        let tag = match event {
             Event::Start(tag) | Event::Empty(tag) => tag,
-            Event::Eof => return None,
+            Event::Eof => break,
             _ => continue,
         };
         for attribute in tag.attributes().flatten() {
-            let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
-            let found = String::from_utf8_lossy(&attribute.value).into_owned();
-            let numbers = found.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).count();
-            let is_all = numbers == found.split_whitespace().count();
-            let expected = match name.as_str() {
-                one if ONE.contains(&one) && !(is_all && numbers == 1) => {
-                    "one number with a decimal point, without unit,"
-                }
-                three if THREE.contains(&three) && !(is_all && numbers == 3) => {
-                    "three numbers with decimal points and spaces between them"
+            let (count, expected) = match (tag.name().as_ref(), attribute.key.as_ref()) {
+                (b"mass", b"value")
+                | (b"inertia", b"ixx" | b"ixy" | b"ixz" | b"iyy" | b"iyz" | b"izz")
+                | (b"limit", b"lower" | b"upper" | b"effort" | b"velocity")
+                | (b"mimic", b"multiplier" | b"offset") => (1, "one number with a decimal point, without unit,"),
+                (b"origin", b"xyz" | b"rpy") | (b"axis", b"xyz") => {
+                    (3, "three numbers with decimal points, without units, spaces between them,")
                 }
                 _ => continue,
             };
-            let tag = String::from_utf8_lossy(tag.name().as_ref()).into_owned();
-            return Some(ModelError::Number {
-                item: element.item.clone(),
-                element: tag,
-                attribute: name,
-                found,
-                expected,
-            });
+            let found = String::from_utf8_lossy(&attribute.value).into_owned();
+            let is_number = |word: &str| word.parse::<f64>().is_ok();
+            if !found.split_whitespace().all(is_number) || found.split_whitespace().count() != count {
+                let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+                let (item, element) = (element.item.clone(), text(tag.name().as_ref()));
+                let attribute = text(attribute.key.as_ref());
+                return Err(ModelError::Number { item, element, attribute, found, expected });
+            }
         }
     }
+    Ok(())
 }

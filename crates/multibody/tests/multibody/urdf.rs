@@ -140,6 +140,25 @@ fn follower(attributes: &str, limit: &str) -> Vec<String> {
     ]
 }
 
+/// Every entry of `<inertia>` where it belongs, as the file has it and through a quarter turn about x: y becomes z, z becomes -y.
+#[test]
+fn each_entry_of_the_inertia_tensor_goes_to_its_place() {
+    let tensor = r#"<mass value="1"/><inertia ixx="2" iyy="3" izz="4" ixy="0.1" ixz="0.2" iyz="0.3"/>"#;
+    for (origin, rows) in [
+        ("", [[2.0, 0.1, 0.2], [0.1, 3.0, 0.3], [0.2, 0.3, 4.0]]),
+        (r#"<origin rpy="1.5707963267948966 0 0"/>"#, [[2.0, -0.2, 0.1], [-0.2, 4.0, -0.3], [0.1, -0.3, 3.0]]),
+    ] {
+        let model = read(&[link("a", &format!("<inertial>{origin}{tensor}</inertial>"))]).unwrap();
+        let mut mass = DMatrix::zeros(6, 6);
+        crba(&model, &mut Workspace::new(&model), &model.neutral(), &mut mass);
+        for (i, row) in rows.iter().enumerate() {
+            for (j, expected) in row.iter().enumerate() {
+                assert!((mass[(3 + i, 3 + j)] - expected).abs() < 1e-15, "{origin} ({i}, {j}): {mass}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_follower_is_locked_with_its_leader() {
     let parts = follower(r#"multiplier="2" offset="0.25""#, LIMIT);
@@ -161,6 +180,10 @@ fn a_follower_is_locked_with_its_leader() {
     let error = locked(&[("k", 0.1)]).unwrap_err();
     assert!(matches!(error, ModelError::LockedFollower { .. }), "{error}");
     assert!(error.to_string().contains("joint `k` is locked but follows joint `j`"), "{error}");
+    // One that only stands at its offset follows nobody: it may be locked where it likes.
+    let alone = robot(&follower(r#"multiplier="0" offset="0.25""#, LIMIT));
+    let options = ModelOptions { locked_joints: vec![("k".to_owned(), 0.1)], ..ModelOptions::default() };
+    assert_eq!(Model::from_urdf(&alone, &options).unwrap().joint_count(), 1);
     assert!(matches!(locked(&[("j", 1e308), ("k", f64::NAN)]), Err(ModelError::NotFinite { .. })));
     assert!(matches!(locked(&[("j", 1e308)]), Err(ModelError::NotFinite { .. })), "twice that is infinite");
 }
@@ -208,7 +231,9 @@ fn a_mimic_that_makes_no_sense_names_its_joint() {
     for attribute in [r#"multiplier="nan""#, r#"multiplier="inf""#, r#"offset="nan""#, r#"offset="-inf""#] {
         assert_refused!(follower(attribute, LIMIT), ModelError::NotFinite { .. }, "joint `k`", "mimic");
     }
-    assert_refused!(follower(r#"multiplier="1e7""#, LIMIT), ModelError::Absurd { .. }, "joint `k`", "mimic multiplier");
+    for steep in [r#"multiplier="1e7""#, r#"multiplier="-1e7""#] {
+        assert_refused!(follower(steep, LIMIT), ModelError::Absurd { .. }, "joint `k`", "mimic multiplier");
+    }
     let words = follower(r#"multiplier="two""#, LIMIT);
     assert_refused!(words, ModelError::Number { .. }, "joint `k`: <mimic multiplier=\"two\">");
     let nameless = pair(joint("j", "revolute", "a", "b", &format!("{LIMIT}<mimic/>")));
@@ -268,13 +293,15 @@ fn a_missing_or_wrong_number_names_its_link_or_joint() {
         ModelError::Number { .. },
         "link `heavy`: <mass value=\"one\">: one number"
     );
+    let empty = MASS.replace(r#"value="1""#, r#"value="""#);
+    assert_refused!([link("heavy", &empty)], ModelError::Number { .. }, "link `heavy`: <mass value=\"\">: one number");
     let comma = MASS.replace(r#"ixx="1""#, r#"ixx="0,1""#);
     assert_refused!(
         [link("heavy", &comma)],
         ModelError::Number { .. },
         "link `heavy`: <inertia ixx=\"0,1\">: one number"
     );
-    for two in ["1 2", "1, 2, 3", "0.1m 0 0", ""] {
+    for two in ["1 2", "1, 2, 3", "0.1m 0 0", "0 0 0 m", "0 0 0 0", ""] {
         let origin = format!(r#"<origin xyz="{two}"/>"#);
         let place = format!("joint `j`: <origin xyz=\"{two}\">: three numbers");
         assert_refused!(pair(joint("j", "fixed", "a", "b", &origin)), ModelError::Number { .. }, &place);
@@ -387,6 +414,10 @@ fn joints_that_cannot_move_are_refused() {
     ] {
         assert_refused!(pair(joint("j", "prismatic", "a", "b", limit)), ModelError::ImpossibleLimits { .. }, quantity);
     }
+    // No room and no speed are limits, if strange ones.
+    let still = r#"<limit lower="0.5" upper="0.5" effort="0" velocity="0"/>"#;
+    let limits = read(&pair(joint("j", "revolute", "a", "b", still))).unwrap().joints()[0].limits;
+    assert_eq!((limits.lower, limits.upper, limits.velocity, limits.effort), (0.5, 0.5, 0.0, 0.0));
     // A fixed joint has no limits, whatever the file says; a continuous one none of position.
     let wrong = r#"<limit lower="1" upper="-1" effort="-1" velocity="-1"/>"#;
     assert_eq!(read(&pair(joint("j", "fixed", "a", "b", wrong))).unwrap().joint_count(), 0);
@@ -429,4 +460,6 @@ fn too_many_joints_are_refused_before_memory_is() {
         parts.push(joint(&format!("j{i}"), "continuous", &format!("l{}", i - 1), &format!("l{i}"), ""));
     }
     assert_refused!(parts, ModelError::TooManyJoints { .. }, "2001");
+    parts.truncate(parts.len() - 2);
+    assert_eq!(read(&parts).unwrap().joint_count(), 2000);
 }
