@@ -42,6 +42,18 @@ fn eleven_swings_on_soft_soles_go_half_a_metre() {
     let run = walk("flat.toml", &[], |tick| {
         ticks += 1;
         starts += u32::from(tick.start.is_some());
+        if tick.start.is_some() {
+            // Standing still for half a second the soles are springs: half the wrench times the way and the turn that it has made.
+            let by_spring = |foot: usize| {
+                let (w, r) = (tick.truth.foot_wrench[foot], tick.truth.sole_rotation[foot]);
+                let (sink_m, roll_rad, pitch_rad) = (tick.truth.sole_position_m[foot][2], r[7], -r[6]);
+                -0.5 * (w[2] * sink_m + w[3] * roll_rad + w[4] * pitch_rad)
+            };
+            let spring_j = by_spring(0) + by_spring(1);
+            // What the feet push sideways against each other is left out.
+            let part = tick.truth.elastic_energy_j / spring_j;
+            assert!(spring_j > 0.05 && (part - 1.0).abs() < 0.02, "{} J of {spring_j}", tick.truth.elastic_energy_j);
+        }
         carried += tick.truth.foot_wrench[0][2] + tick.truth.foot_wrench[1][2];
         assert_eq!(tick.command.status, Outcome::Solved.code(), "tick {}", tick.state.header.tick);
         for foot in &tick.deformation.feet {

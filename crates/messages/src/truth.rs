@@ -57,7 +57,7 @@ plain_struct! {
         kinetic_energy_j: f64,
         /// Potential energy of gravity.
         potential_energy_j: f64,
-        /// Elastic energy of the soles; not computed by the present simulator, which leaves it zero.
+        /// Elastic energy of both soles; zero for hard feet.
         elastic_energy_j: f64,
         /// Work of the servos since tick 0.
         servo_work_j: f64,

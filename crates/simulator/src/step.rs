@@ -210,6 +210,8 @@ impl SimulatorProcess {
         }
         let soft = [0, 1].map(|foot| self.plant.contact(foot).map_or(0.0, |contact| contact.residual));
         truth.contact_residual = soft[0].max(soft[1]);
+        let stored = [0, 1].map(|foot| self.plant.contact(foot).map_or(0.0, |contact| contact.elastic_energy_j));
+        truth.elastic_energy_j = stored[0] + stored[1];
         let unconverged = real.integration.unconverged_steps + real.integration.unconverged_contacts > 0;
         self.figures.unconverged += u64::from(unconverged);
         self.last_zmp_m = truth.zmp_m;

@@ -2,7 +2,7 @@
 
 use super::{ContactStatus, PoseDrivenContact, WIDTH};
 use crate::estimate::about_moving_origin;
-use friction::dense::lu_solve;
+use friction::dense::{dot, lu_solve};
 use friction::natural_map;
 use nalgebra::Vector2;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench, so3};
@@ -17,6 +17,7 @@ impl PoseDrivenContact {
         report.tangent = Mat6::zeros();
         report.residual = 0.0;
         report.friction_work_j = 0.0;
+        report.elastic_energy_j = 0.5 * dot(&self.u, &self.elastic);
         if self.stiffness.len() == 0 {
             report.status = ContactStatus::NoContact;
             return;

@@ -78,6 +78,8 @@ pub struct ContactReport {
     pub iterations: usize,
     /// Work taken by friction since the last commit (J), never negative.
     pub friction_work_j: f64,
+    /// Elastic energy of the whole sole, `1/2 u' C_S^-1 u` (J): what pressing has stored and unloading gives back, without what viscosity takes.
+    pub elastic_energy_j: f64,
 }
 
 /// Local geometry of a contact point in the world.
@@ -98,6 +100,8 @@ pub struct PoseDrivenContact {
     has_history: bool,
     previous: Vec<Vec3>,
     previous_u: Vec<f64>,
+    /// `C_S^-1 u` at the last commit (N): the elastic part of the forces, which relaxes as the displacement does.
+    previous_elastic: Vec<f64>,
     slips: Vec<Vector2<f64>>,
     states: Vec<NodeState>,
     places: Vec<Place>,
@@ -108,6 +112,7 @@ pub struct PoseDrivenContact {
     f: Vec<f64>,
     base: Vec<f64>,
     u: Vec<f64>,
+    elastic: Vec<f64>,
     jss: Vec<f64>,
     pivots: Vec<usize>,
     js: Vec<f64>,
@@ -140,6 +145,7 @@ impl PoseDrivenContact {
             has_history: false,
             previous: vec![Vec3::zeros(); n],
             previous_u: vec![0.0; ld],
+            previous_elastic: vec![0.0; ld],
             slips: vec![Vector2::zeros(); n],
             states: vec![NodeState::Free; n],
             places: vec![Place { reference: Vec3::zeros(), frame: Mat3::identity(), mu: 0.0 }; n],
@@ -149,6 +155,7 @@ impl PoseDrivenContact {
             f: vec![0.0; WIDTH * ld],
             base: vec![0.0; ld],
             u: vec![0.0; ld],
+            elastic: vec![0.0; ld],
             jss: vec![0.0; 4 * n * n],
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * WIDTH],
@@ -163,6 +170,7 @@ impl PoseDrivenContact {
                 residual: 0.0,
                 iterations: 0,
                 friction_work_j: 0.0,
+                elastic_energy_j: 0.0,
             },
             model,
         }
@@ -195,6 +203,7 @@ impl PoseDrivenContact {
     pub fn reset(&mut self) {
         self.has_history = false;
         self.previous_u.fill(0.0);
+        self.previous_elastic.fill(0.0);
         self.slips.fill(Vector2::zeros());
         self.states.fill(NodeState::Free);
         self.stiffness.clear();
@@ -266,6 +275,7 @@ impl PoseDrivenContact {
         }
         self.previous.copy_from_slice(&self.report.node_positions);
         self.previous_u.copy_from_slice(&self.u);
+        self.previous_elastic.copy_from_slice(&self.elastic);
         self.slips.fill(Vector2::zeros());
         self.has_history = true;
     }

@@ -140,7 +140,7 @@ impl PoseDrivenContact {
         error
     }
 
-    /// Displacements and positions of all points from the compliance.
+    /// Displacements and positions of all points from the compliance, and the elastic forces behind them.
     pub(super) fn displace(&mut self, pose: &Transform, beta: f64) {
         let ld = self.stiffness.ld();
         let c = self.model.compliance().as_slice();
@@ -148,10 +148,17 @@ impl PoseDrivenContact {
         for (u, previous) in self.u.iter_mut().zip(&self.previous_u) {
             *u = keep * previous;
         }
+        for (elastic, previous) in self.elastic.iter_mut().zip(&self.previous_elastic) {
+            *elastic = keep * previous;
+        }
         for slot in 0..self.stiffness.len() {
             let f = self.force(slot) / beta;
-            let j = 3 * self.stiffness.points()[slot] * ld;
+            let row = 3 * self.stiffness.points()[slot];
+            let j = row * ld;
             add_three(&mut self.u, &c[j..j + ld], &c[j + ld..j + 2 * ld], &c[j + 2 * ld..j + 3 * ld], f.x, f.y, f.z);
+            for axis in 0..3 {
+                self.elastic[row + axis] += f[axis];
+            }
         }
         for (point, p) in self.model.contact_points().iter().enumerate() {
             let u = Vec3::new(self.u[3 * point], self.u[3 * point + 1], self.u[3 * point + 2]);

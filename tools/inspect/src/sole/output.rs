@@ -185,6 +185,7 @@ pub(super) fn in_air(pose: &Transform, model: &SoleModel, time_us: f64) -> TickO
         residual: 0.0,
         iterations: 0,
         friction_work_j: 0.0,
+        elastic_energy_j: 0.0,
     };
     let status = Status::InAir;
     TickOutput { status: "in-air", detail: stance_in_words(&status), ..contact(&report, pose, model, time_us) }
