@@ -46,18 +46,16 @@ impl Estimator {
 
     /// Both feet at `walk_tick` (0 is time zero; ticks outside the walk hold its ends).
     ///
-    /// Any tick but the one after the last asked is computed anew from the touch-down of the present stance: at most the
-    /// ticks of one stance and one swing.
+    /// Ticks that were left out are caught up with, so that a late one costs no more than what was missed. Any other is computed anew from
+    /// the touch-down of the present stance: at most the ticks of one stance and one swing. The answer is the same, to the bit.
     pub fn at_tick(&mut self, walk_tick: i64) -> [FootEstimate; 2] {
         let tick = walk_tick.clamp(0, self.last_tick);
         if self.tick != Some(tick) {
             for foot in &mut self.feet {
-                let first = if self.tick.is_some_and(|last| last + 1 == tick) {
-                    tick
-                } else {
+                let first = foot.first_tick_to_advance(&self.pattern, self.tick, tick, self.period_s);
+                if self.tick.is_none_or(|last| last + 1 != first) {
                     foot.forget();
-                    foot.first_tick_needed(&self.pattern, tick, self.period_s)
-                };
+                }
                 (first..=tick).for_each(|step| foot.advance(&self.pattern, step as f64 * self.period_s));
             }
             self.tick = Some(tick);

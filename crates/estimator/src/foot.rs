@@ -103,9 +103,24 @@ impl Foot {
         pattern.evaluate(t_s).feet[self.index]
     }
 
-    /// The tick from which [`advance`](Self::advance) must be called to know the foot at `tick`: the touch-down of its
-    /// present stance, or of the one before if it is in the air.
-    pub(crate) fn first_tick_needed(&self, pattern: &WalkPattern, tick: i64, period_s: f64) -> i64 {
+    /// The tick from which [`advance`](Self::advance) must be called to know the foot at `tick`, when it is known at `last`: the one after
+    /// that, unless the foot has touched down since or `last` is no help.
+    pub(crate) fn first_tick_to_advance(
+        &self,
+        pattern: &WalkPattern,
+        last: Option<i64>,
+        tick: i64,
+        period_s: f64,
+    ) -> i64 {
+        match last.map(|last| last + 1) {
+            Some(next) if next == tick => next,
+            Some(next) if next < tick => next.max(self.first_tick_needed(pattern, tick, period_s)),
+            _ => self.first_tick_needed(pattern, tick, period_s),
+        }
+    }
+
+    /// The touch-down of the present stance, or of the one before if the foot is in the air.
+    fn first_tick_needed(&self, pattern: &WalkPattern, tick: i64, period_s: f64) -> i64 {
         let loaded = |tick: i64| self.reference(pattern, tick as f64 * period_s).force.z > self.touch_down_force_n;
         let last_loaded = (0..=tick).rev().find(|tick| loaded(*tick)).unwrap_or(0);
         (1..=last_loaded).rev().find(|tick| !loaded(tick - 1)).unwrap_or(0)
@@ -198,4 +213,41 @@ impl Foot {
 fn wrench_about(reference: &FootReference, point: &Vec3) -> Wrench {
     let zmp = Vec3::new(reference.zmp.position.x, reference.zmp.position.y, 0.0);
     Wrench { force: reference.force, moment: (zmp - point).cross(&reference.force) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gait::GaitSettings;
+
+    const PERIOD_S: f64 = 0.005;
+
+    #[test]
+    fn a_late_tick_costs_what_was_missed_and_no_more() {
+        #[derive(serde::Deserialize)]
+        struct File {
+            gait: GaitSettings,
+        }
+        let file: File = toml::from_str(include_str!("../../../config/planner.toml")).expect("it ships");
+        let pattern = gait::plan(&file.gait).expect("it can be planned").pattern;
+        let foot = Foot::new(0, None, &pattern, 0.05);
+        let carries = |tick: i64| foot.reference(&pattern, tick as f64 * PERIOD_S).force.z > 0.05;
+        let ticks = (pattern.duration_s() / PERIOD_S) as i64;
+        let touch_downs: Vec<i64> = (1..ticks).filter(|tick| carries(*tick) && !carries(tick - 1)).collect();
+        let [.., before, latest] = touch_downs[..] else { panic!("a walk: {touch_downs:?}") };
+        let first = |last, tick| foot.first_tick_to_advance(&pattern, last, tick, PERIOD_S);
+        let (tick, swing) = (latest + 30, latest - 10);
+        assert!(carries(tick) && !carries(swing));
+        // In time; late within the stance, and since before it; started anew; backwards.
+        assert_eq!(
+            [tick - 1, tick - 2, latest, before].map(|last| first(Some(last), tick)),
+            [tick, tick - 1, latest + 1, latest]
+        );
+        assert_eq!([None, Some(tick), Some(tick + 40)].map(|last| first(last, tick)), [latest; 3]);
+        // In the air the take-off pose is needed, and with it the whole stance before.
+        assert_eq!(
+            [None, Some(before - 1), Some(before + 20)].map(|last| first(last, swing)),
+            [before, before, before + 21]
+        );
+    }
 }

@@ -71,6 +71,12 @@ fn a_restart_in_mid_walk_agrees_to_the_bit() {
     for tick in [1500, 3, 900, 901, 902, 250, 2000] {
         assert_eq!(restarted.at_tick(tick), all[tick as usize], "tick {tick}");
     }
+    // Ticks left out: a few within a stance, across touch-downs and lift-offs, and whole steps.
+    for left_out in [1, 7, 90, 400] {
+        for tick in (0..=ticks(restarted.pattern())).step_by(1 + left_out) {
+            assert_eq!(restarted.at_tick(tick), all[tick as usize], "tick {tick}, {left_out} left out");
+        }
+    }
 }
 
 #[test]

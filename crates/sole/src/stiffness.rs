@@ -11,6 +11,7 @@
 //! and the same formulas carry along `Y = K_c Z` for a few fixed columns `Z`, in which the displacements of all stuck points are
 //! linear whatever the pose.
 
+use crate::list::List;
 use crate::{NodeState, SoleModel};
 use friction::dense::{add_one, add_three, dot};
 use spatial::{Mat3, Vec3};
@@ -24,7 +25,7 @@ const ABSENT: usize = usize::MAX;
 pub(crate) struct ContactStiffness {
     ld: usize,
     /// slot -> point
-    points: Vec<usize>,
+    points: List<usize>,
     /// point -> slot
     slots: Vec<usize>,
     /// ld x ld, column by column, leading 3c x 3c in use
@@ -49,7 +50,7 @@ impl ContactStiffness {
         let ld = 3 * n;
         Self {
             ld,
-            points: Vec::with_capacity(n),
+            points: List::with_room_for(n),
             slots: vec![ABSENT; n],
             k: vec![0.0; ld * ld],
             y: vec![0.0; ld * COLUMNS_MAX],
@@ -93,6 +94,12 @@ impl ContactStiffness {
     /// 3 x 3 block of `K_c`.
     pub(crate) fn block(&self, row_slot: usize, column_slot: usize) -> Mat3 {
         Mat3::from_fn(|i, j| self.k[(3 * column_slot + j) * self.ld + 3 * row_slot + i])
+    }
+
+    /// As if rounding had made `K_c` and `Y` smaller by this part.
+    #[cfg(test)]
+    pub(crate) fn drift(&mut self, part: f64) {
+        self.k.iter_mut().chain(&mut self.y).for_each(|x| *x *= 1.0 - part);
     }
 
     /// No point in contact.
@@ -153,7 +160,7 @@ impl ContactStiffness {
         for axis in 0..3 {
             let source = &compliance[(3 * point + axis) * ld..(3 * point + axis + 1) * ld];
             let target = &mut self.column[axis * ld..axis * ld + m];
-            for (block, other) in target.chunks_exact_mut(3).zip(&self.points) {
+            for (block, other) in target.chunks_exact_mut(3).zip(self.points.iter()) {
                 block.copy_from_slice(&source[3 * other..3 * other + 3]);
             }
         }

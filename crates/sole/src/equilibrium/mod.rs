@@ -23,6 +23,7 @@ pub(crate) use sliding::SlidingLaw;
 pub(crate) use target::Target;
 
 use crate::estimate::EulerOrder;
+use crate::list::List;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
 use nalgebra::{RowVector3, Vector2};
@@ -134,8 +135,8 @@ pub(crate) struct Equilibrium {
     a_first: Vec<f64>,
     /// world positions of the points in contact, by slot
     world: Vec<Vec3>,
-    sliding: Vec<usize>,
-    sliding_slots: Vec<usize>,
+    sliding: List<usize>,
+    sliding_slots: List<usize>,
     slip_column: Vec<f64>,
     /// per sliding point: gradient of its condition with its force (sole axes), with its slip
     gradients: Vec<[RowVector3<f64>; 2]>,
@@ -145,7 +146,7 @@ pub(crate) struct Equilibrium {
     /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
     js: Vec<f64>,
     jxs: Vec<f64>,
-    changes: Vec<Change>,
+    changes: List<Change>,
     /// tangent about the fixed point O at frozen states, world axes
     pub(crate) tangent: Mat6,
     right_hand: Vec6,
@@ -212,8 +213,8 @@ impl Equilibrium {
             a: vec![0.0; 6 * ld],
             a_first: vec![0.0; 3 * ld],
             world: vec![Vec3::zeros(); n],
-            sliding: Vec::with_capacity(n),
-            sliding_slots: Vec::with_capacity(n),
+            sliding: List::with_room_for(n),
+            sliding_slots: List::with_room_for(n),
             slip_column: vec![0.0; ld],
             gradients: vec![[RowVector3::zeros(); 2]; n],
             own_rates: vec![[Vector2::zeros(); 2]; n],
@@ -221,7 +222,7 @@ impl Equilibrium {
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * 7],
             jxs: vec![0.0; 2 * n * 6],
-            changes: Vec::with_capacity(n),
+            changes: List::with_room_for(n),
             tangent: Mat6::zeros(),
             right_hand: Vec6::zeros(),
             misfit: Vec6::zeros(),
@@ -366,6 +367,12 @@ impl Equilibrium {
         self.stiffness.multiplications = 0;
     }
 
+    /// As if rounding had made `K_c` and what follows from it softer by this part.
+    #[cfg(test)]
+    pub(crate) fn drift(&mut self, part: f64) {
+        self.stiffness.drift(part);
+    }
+
     /// Multiplications since.
     fn multiplications(&self) -> u64 {
         self.work.multiplications + self.stiffness.multiplications
@@ -459,4 +466,40 @@ pub(crate) fn scaled_solve(matrix: &Mat6, right: &Vec6) -> Option<Vec6> {
     let x = scaled.lu().solve(&rhs)?;
     let out = Vec6::from_fn(|i, _| x[i] / unit(i));
     out.iter().all(|x| x.is_finite()).then_some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{MeshSource, SoleSettings};
+
+    #[test]
+    fn an_equilibrium_beyond_the_fold_is_found_to_be_unstable() {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.03], cells: [10, 5, 5] };
+        let model = Arc::new(SoleModel::build(&SoleSettings { mesh, ..SoleSettings::default() }).expect("a sole"));
+        // At the first tick the ZMP folds back at 0.91 of the half-length and a tilt of 17 degrees: at 0.9 there are two.
+        let zero = Vec3::zeros();
+        let zmp = [Vector2::new(0.9 * 0.115, 0.0), Vector2::zeros(), Vector2::zeros()];
+        let target = Target { force: [Vec3::z() * 383.0, zero, zero], zmp };
+        let limits = Limits { tolerance: 1e-9, iterations: 60, multiplications: u64::MAX };
+        let mut found = [Vec::new(), Vec::new()];
+        for start_deg in 8..28 {
+            let mut equilibrium = Equilibrium::new(Arc::clone(&model), EulerOrder::default());
+            equilibrium.begin(0.0);
+            let tilt = so3::exp(&Vec3::new(0.0, f64::from(start_deg).to_radians(), 0.0));
+            // The front edge a few millimetres deep.
+            equilibrium.pose =
+                Transform::new(tilt, Vec3::z() * (0.115 * f64::from(start_deg).to_radians().sin() - 0.004));
+            let end = equilibrium.newton(&target, &limits, false);
+            let tilt_deg = equilibrium.pose.rotation[(2, 2)].acos().to_degrees();
+            match end {
+                End::Converged => found[0].push(tilt_deg),
+                End::Unstable => found[1].push(tilt_deg),
+                End::Stopped | End::Circling => {}
+            }
+        }
+        let [stable, unstable] = found;
+        assert!(!stable.is_empty() && stable.iter().all(|tilt_deg| *tilt_deg < 17.5), "{stable:?}");
+        assert!(!unstable.is_empty() && unstable.iter().all(|tilt_deg| *tilt_deg > 16.5), "{unstable:?}");
+    }
 }

@@ -47,7 +47,7 @@ impl Equilibrium {
             }
         }
         // Point by point, so that its columns of K are fetched once.
-        for (point, slot) in self.sliding.iter().zip(&self.sliding_slots) {
+        for (point, slot) in self.sliding.iter().zip(self.sliding_slots.iter()) {
             let v = self.slips[*point];
             if v.x == 0.0 && v.y == 0.0 {
                 continue;
@@ -167,7 +167,9 @@ impl Equilibrium {
                 column.fill(0.0);
                 add_three(column, x, y, z, r[(t, 0)], r[(t, 1)], r[(t, 2)]);
                 let target = &mut self.jss[(2 * k + t) * rows_s..(2 * k + t) * rows_s + 2 * s];
-                for ((g, slot), [m0, m1]) in target.chunks_exact_mut(2).zip(&self.sliding_slots).zip(&self.gradients) {
+                for ((g, slot), [m0, m1]) in
+                    target.chunks_exact_mut(2).zip(self.sliding_slots.iter()).zip(&self.gradients)
+                {
                     let f = &column[3 * slot..3 * slot + 3];
                     g[0] = m0[0] * f[0] + m0[1] * f[1] + m0[2] * f[2];
                     g[1] = m1[0] * f[0] + m1[1] * f[1] + m1[2] * f[2];

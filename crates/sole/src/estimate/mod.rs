@@ -436,8 +436,29 @@ mod tests {
         estimator.equilibrium.save();
         estimator.equilibrium.pose.rotation = so3::exp(&Vec3::new(0.0, turned_rad, 0.0)) * solved;
         let target = estimator.last;
-        let failure = estimator.finish(&target, &Limits { tolerance: 1e-9, iterations: 60, multiplications: u64::MAX });
+        let limits = Limits { tolerance: 1e-9, iterations: 60, multiplications: u64::MAX };
+        let mut failure = None;
+        let count = allocation_counter::measure(|| failure = estimator.finish(&target, &limits));
+        assert_eq!(count.count_total, 0, "a repair is a part of a tick and does not allocate");
         (failure, estimator.equilibrium.turned_since(&solved))
+    }
+
+    #[test]
+    fn a_contact_stiffness_that_has_drifted_is_made_anew() {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells: [5, 4, 2] };
+        let model = SoleModel::build(&SoleSettings { mesh, ..SoleSettings::default() }).expect("a sole");
+        let mut estimator = StanceEstimator::new(model, EstimatorSettings::default());
+        estimator.touch_down(Foothold::default());
+        let load = |x_m: f64| StanceReference::constant(Vec3::new(5.0, -3.0, 383.0), Vector2::new(x_m, 0.01));
+        estimator.step(&load(0.02));
+        let mut drifted = estimator.clone();
+        drifted.equilibrium.drift(1e-4);
+        for x_m in [0.03, 0.06] {
+            let [sound, mended] = [&mut estimator, &mut drifted].map(|one| one.step(&load(x_m)).clone());
+            assert_eq!((sound.status, mended.status), (Status::Converged, Status::Converged), "{x_m}");
+            assert!(mended.law_violation_n < 1e-8 * 383.0, "{} N", mended.law_violation_n);
+            assert!((sound.sole_pose.translation - mended.sole_pose.translation).norm() < 1e-10, "{x_m}");
+        }
     }
 
     #[test]

@@ -18,6 +18,7 @@ mod finish;
 mod states;
 mod system;
 
+use crate::list::List;
 use crate::stiffness::ContactStiffness;
 use crate::{Ground, NodeState, SoleModel};
 use nalgebra::Vector2;
@@ -116,7 +117,7 @@ pub struct PoseDrivenContact {
     jss: Vec<f64>,
     pivots: Vec<usize>,
     js: Vec<f64>,
-    sliding: Vec<usize>,
+    sliding: List<usize>,
     report: ContactReport,
 }
 
@@ -159,7 +160,7 @@ impl PoseDrivenContact {
             jss: vec![0.0; 4 * n * n],
             pivots: vec![0; 2 * n],
             js: vec![0.0; 2 * n * WIDTH],
-            sliding: Vec::with_capacity(n),
+            sliding: List::with_room_for(n),
             report: ContactReport {
                 status: ContactStatus::NoContact,
                 wrench: Wrench::zero(),
