@@ -94,6 +94,8 @@ const BESIDE_THE_SOLE: Range = Range {
     holds: |x| x.abs() <= *EXTENT_M.end(),
     words: "metres, at most 1: was it given in millimetres or centimetres?",
 };
+const ABOVE_THE_GROUND: Range =
+    Range { holds: |x| x > 0.0, words: "more than 0: the height of the ankle above the sole's bottom face, z upwards" };
 const COMPRESSIBLE: Range =
     Range { holds: |x| x > -1.0 && x < 0.5, words: "more than -1 and less than 0.5 (a compressible solid)" };
 
@@ -177,5 +179,6 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
     file.range("material.young_modulus_pa", sole.material.young_modulus_pa, FOAM)?;
     file.range("material.poisson_ratio", sole.material.poisson_ratio, COMPRESSIBLE)?;
     sole.foot.ankle_in_sole_m.iter().try_for_each(|x| file.range("foot.ankle_in_sole_m", *x, BESIDE_THE_SOLE))?;
+    file.range("foot.ankle_in_sole_m[2]", sole.foot.ankle_in_sole_m[2], ABOVE_THE_GROUND)?;
     file.range("solver.tolerance", sole.solver.tolerance, POSITIVE)
 }

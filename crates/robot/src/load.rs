@@ -83,7 +83,9 @@ const OFF_CENTRE_MAX_M: f64 = 1e-5;
 /// [`RobotError`] names the file and what is wrong: the element, the node, how far its middle is off.
 pub fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
     let refused = |source| RobotError::Mesh { file: file.to_owned(), source: Box::new(source) };
-    let mesh = Mesh::from_msh(&read(file)?, MshSets::Either).map_err(refused)?;
+    let bytes = std::fs::read(file).map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })?;
+    // A binary mesh says that it is one in its first lines, which are text.
+    let mesh = Mesh::from_msh(&String::from_utf8_lossy(&bytes), MshSets::Either).map_err(refused)?;
     let centre = mesh.outline().centre_m;
     if centre.amax() > OFF_CENTRE_MAX_M {
         return Err(RobotError::OffCentre { file: file.to_owned(), centre_m: centre.into() });

@@ -37,7 +37,7 @@ pub const FRICTION_MAX: f64 = 10.0;
 
 /// Coulomb friction coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a number, or a list of numbers, one per contact point")]
 pub enum Friction {
     /// The same everywhere.
     Uniform(f64),

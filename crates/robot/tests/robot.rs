@@ -112,6 +112,8 @@ fn wrong_types_are_refused_at_their_place() {
     assert!(matches!(error, RobotError::Toml { line: 3, column: 12, .. }), "{error}");
     let error = changed("sole.toml", "cells = [12, 7, 3]", "cells = [12, 7]");
     assert!(matches!(error, RobotError::Toml { .. }), "{error}");
+    let error = changed("sole.toml", "friction = 0.65", "friction = \"high\"").to_string();
+    assert!(error.contains("a number, or a list of numbers, one per contact point"), "{error}");
 }
 
 #[test]
@@ -134,6 +136,8 @@ fn numbers_outside_their_range_are_refused_by_their_field() {
         ("[-0.015, -0.011, 0.103]", "[-15.0, -11.0, 103.0]", "foot.ankle_in_sole_m"),
         ("[-0.015, -0.011, 0.103]", "[-1.5, -1.1, 10.3]", "foot.ankle_in_sole_m"),
         ("[-0.015, -0.011, 0.103]", "[-0.015, -0.011, -103.0]", "foot.ankle_in_sole_m"),
+        // The ankle below the ground.
+        ("[-0.015, -0.011, 0.103]", "[-0.015, -0.011, -0.103]", "foot.ankle_in_sole_m[2]"),
     ];
     let robot = [
         ("kp_nm_per_rad = 15000.0", "kp_nm_per_rad = 0.0", "servos[0].kp_nm_per_rad"),
@@ -270,7 +274,7 @@ fn a_sole_is_a_block_or_a_file_and_the_mistake_is_named() {
 }
 
 /// The shipped robot on a sole in a folder of its own, which names a mesh.
-fn on_mesh(text: &str) -> Result<Robot, RobotError> {
+fn on_mesh(text: impl AsRef<[u8]>) -> Result<Robot, RobotError> {
     let folder = tempfile::tempdir().unwrap();
     let sole =
         std::fs::read_to_string(shipped().join("sole.toml")).unwrap().replace(BLOCK, "file = \"meshes/foot.msh\"");
@@ -285,7 +289,7 @@ fn a_mesh_file_beside_the_sole_is_read_and_has_the_outline_of_the_block_it_is() 
     let block = Robot::load(&shipped()).unwrap();
     assert!(block.sole_mesh.is_none() && block.sole_file.ends_with("hrp4/sole.toml"));
     let mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
-    let robot = on_mesh(&mesh.to_msh()).unwrap();
+    let robot = on_mesh(mesh.to_msh()).unwrap();
     assert_eq!(robot.sole_mesh.as_ref(), Some(&mesh));
     assert!(robot.sole_file.ends_with("other.toml"));
     assert_eq!(robot.sole_outline(), block.sole_outline());
@@ -307,15 +311,20 @@ fn mesh_files_that_cannot_be_used_are_named() {
         let source = std::error::Error::source(error).expect("the mesh's own error").to_string();
         (error.to_string(), source)
     };
+    // Binary, as Gmsh saves it: the header is text, what follows is not.
+    let mut binary = b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Nodes\n".to_vec();
+    binary.extend([0xff, 0xfe, 0x80, 0]);
+    let (_, inner) = words(&on_mesh(binary).unwrap_err());
+    assert!(inner.contains("MSH version 4.1, binary") && inner.contains("Mesh.Binary = 0"), "{inner}");
     let mut mesh = Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).unwrap();
     let twice =
         Mesh { tetrahedra: mesh.tetrahedra.iter().chain(&mesh.tetrahedra[5..6]).copied().collect(), ..mesh.clone() };
-    let (outer, inner) = words(&on_mesh(&twice.to_msh()).unwrap_err());
+    let (outer, inner) = words(&on_mesh(twice.to_msh()).unwrap_err());
     assert!(outer.ends_with("foot.msh: no mesh of a sole"), "once is enough: {outer}");
     assert!(inner.contains("elements 5 and 144") && inner.contains("(in the file: elements "), "{inner}");
     // A corner at the origin instead of the middle.
     mesh.nodes.iter_mut().for_each(|p| (p.x, p.y) = (p.x + 0.115, p.y + 0.065));
-    let error = on_mesh(&mesh.to_msh()).unwrap_err();
+    let error = on_mesh(mesh.to_msh()).unwrap_err();
     let RobotError::OffCentre { centre_m, .. } = &error else { panic!("{error}") };
     assert!(
         (centre_m[0] - 0.115).abs() < 1e-12 && (centre_m[1] - 0.065).abs() < 1e-12 && centre_m[2] == 0.0,

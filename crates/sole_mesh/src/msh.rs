@@ -25,7 +25,10 @@ pub enum MshSets {
 /// Why a mesh file is refused. Nodes and elements are named by their numbers (tags) in the file.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum MshError {
-    /// Not a Gmsh file, or a section is cut short or holds something else than numbers.
+    /// Another kind of file, or a Gmsh file of version 1. Remedy: save the mesh as version 4.1 ASCII.
+    #[error("not a Gmsh mesh of version 2.2 or 4.1: it has no section $MeshFormat")]
+    NotGmsh,
+    /// A section is cut short or holds something else than numbers.
     #[error("{section}: {expected} expected")]
     Malformed {
         /// The section.
@@ -34,7 +37,10 @@ pub enum MshError {
         expected: &'static str,
     },
     /// Binary file or another version. Remedy: save as version 4.1 or 2.2 ASCII.
-    #[error("MSH version {version}, file type {file_type}: versions 2.2 and 4.1 in ASCII (type 0) are read")]
+    #[error(
+        "MSH version {version}, {}: versions 2.2 and 4.1 in ASCII are read; in Gmsh set Mesh.MshFileVersion = 4.1 and Mesh.Binary = 0",
+        if .file_type == "0" { "ASCII" } else { "binary" }
+    )]
     Unsupported {
         /// Version in the file.
         version: String,
@@ -50,7 +56,9 @@ pub enum MshError {
         found: Vec<String>,
     },
     /// No tetrahedron in the file. Remedy: save all elements, or put the volume into a physical group.
-    #[error("no tetrahedron in the file")]
+    #[error(
+        "no tetrahedron in the file: put the volume into a physical group, or save all elements (in Gmsh Mesh.SaveAll = 1)"
+    )]
     NoTetrahedra,
     /// An element names a node that the file does not have.
     #[error("element {element} refers to node {node}, which does not exist")]
@@ -203,6 +211,9 @@ fn numbers<'a>(text: &'a str, name: &'static str) -> Result<Numbers<'a>, MshErro
 
 fn read(text: &str) -> Result<File, MshError> {
     let text = text.replace("\r\n", "\n");
+    if !text.contains("$MeshFormat\n") {
+        return Err(MshError::NotGmsh);
+    }
     let mut header = numbers(&text, "MeshFormat")?;
     let version: String = header.next("a version")?;
     let file_type: String = header.next("a file type")?;

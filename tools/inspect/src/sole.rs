@@ -121,10 +121,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         bail!("--vtk: only the level fem has contact points that are nodes of the mesh");
     }
     let start = Instant::now();
-    let mut model = SoleModel::build(&settings)?;
+    let file = || path.display().to_string();
+    let mut model = SoleModel::build(&settings).with_context(file)?;
     let build_time_s = start.elapsed().as_secs_f64();
     if let Friction::PerPatch(values) = &description.friction {
-        model = model.with_friction(values.clone()).context("friction")?;
+        model = model.with_friction(values.clone()).context("friction").with_context(file)?;
     }
     if arguments.mirrored {
         model = model.mirrored();
@@ -147,6 +148,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let model = Arc::new(model);
     let sequence: Sequence = door::read::<Input>()?.try_into()?;
+    if arguments.vtk.is_some() && sequence.is_empty() {
+        bail!("--vtk: there is no tick to draw");
+    }
     let ticks = match &sequence {
         Sequence::Loads(foothold, loads) => {
             let friction_use_max = arguments.friction_use_max;

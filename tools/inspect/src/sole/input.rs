@@ -63,6 +63,15 @@ pub(super) enum Sequence {
     Poses(Vec<Option<Transform>>),
 }
 
+impl Sequence {
+    pub(super) fn is_empty(&self) -> bool {
+        match self {
+            Self::Loads(_, loads) => loads.is_empty(),
+            Self::Poses(poses) => poses.is_empty(),
+        }
+    }
+}
+
 impl TryFrom<Input> for Sequence {
     type Error = anyhow::Error;
 

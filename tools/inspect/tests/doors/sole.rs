@@ -265,6 +265,7 @@ fn the_picture_has_the_contact_nodes_of_the_last_tick_and_other_levels_have_none
         }
         std::fs::remove_file(&target).expect("it was written");
     }
+    sole.ask(&vtk, r#"{ "ticks": [] }"#).assert_refused(&["--vtk", "no tick"]);
     // Both have as many contact points as the mesh.
     for level in [&["--level", "quadratic-fem"][..], &["--level", "winkler", "--grid", "6", "4"], &["--level", "rigid"]]
     {
