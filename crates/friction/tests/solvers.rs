@@ -1,7 +1,8 @@
 //! The solvers on problems of rigid bodies and random ones: agreement, every status, every refusal.
 
 use friction::{
-    ContactProblem, ProblemError, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal, solve,
+    ContactProblem, LocalState, ProblemError, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal,
+    solve,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -251,4 +252,27 @@ fn one_newton_step_takes_the_force_from_contacts_that_have_opened() {
     let one = newton(&problem, &mut workspace, &Settings { newton_iterations_max: 1, ..tight() });
     assert_eq!((one.status, one.iterations), (Status::Solved, 1), "{:e}", one.residual.relative);
     assert!((&one.force - &answer.force).norm() < 1e-9 * answer.force.norm());
+}
+
+#[test]
+fn near_the_answer_newton_doubles_its_digits() {
+    for (n, mu, seed) in [(10, 0.3, 3), (40, 0.6, 5), (40, 1.2, 6)] {
+        let problem = elastic(n, mu, seed);
+        let mut workspace = Workspace::new(n);
+        let answer = solve(&problem, &mut workspace, &tight());
+        let slides = workspace.states().iter().filter(|state| **state == LocalState::Slide).count();
+        assert!(answer.status == Status::Solved && slides > n / 10, "{slides} slide, or this says little");
+        let start = answer.force.map(|f| f * (1.0 + 1e-4 * (1e4 * f).sin()));
+        let relative = |iterations: usize| {
+            workspace.force.copy_from_slice(start.as_slice());
+            let settings = Settings { newton_iterations_max: iterations, ..tight() };
+            newton(&problem, &mut workspace, &settings).residual.relative
+        };
+        let [before, once, twice] = [0, 1, 2].map(relative);
+        assert!(before > 1e-6, "{before:e}");
+        assert!(
+            once < 10.0 * before * before && twice < (10.0 * once * once).max(1e-14),
+            "{before:e} {once:e} {twice:e}"
+        );
+    }
 }

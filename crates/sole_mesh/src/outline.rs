@@ -72,6 +72,13 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_that_is_not_over_the_origin_carries_nothing() {
+        let mut mesh = Mesh::kuhn_box([0.2, 0.1, 0.02], [2, 2, 1]).expect("a block");
+        mesh.nodes.iter_mut().for_each(|p| p.x += 0.15);
+        assert_eq!(mesh.outline().carrying_m, [0.0, 0.0]);
+    }
+
+    #[test]
     fn an_ellipse_carries_the_rectangle_inscribed_in_it() {
         let mut mesh = Mesh::kuhn_box([1.0, 1.0, 0.02], [8, 8, 1]).expect("a block");
         // Squares about the origin become circles, then the circles ellipses.

@@ -124,3 +124,29 @@ fn the_order_in_which_sets_are_given_does_not_matter_and_what_is_in_both_is_name
     beyond.tetrahedra[3][2] = mesh.nodes.len();
     assert_eq!(beyond.checked(), Err(MeshError::UnknownNode { element: 3, node: mesh.nodes.len() }));
 }
+
+#[test]
+fn inverted_elements_and_those_without_volume_are_named() {
+    // One node in the middle of 27.
+    let block = Mesh::kuhn_box([0.2, 0.1, 0.03], [2, 2, 2]).expect("a box");
+    let middle = 13;
+    for flat in (0..block.tetrahedra.len()).filter(|t| block.tetrahedra[*t].contains(&middle)) {
+        let [a, b, c] = {
+            let mut others = block.tetrahedra[flat].iter().filter(|i| **i != middle).map(|i| block.nodes[*i]);
+            [(); 3].map(|()| others.next().expect("three others"))
+        };
+        let foot = (a + b + c) / 3.0;
+        // In the plane of its other corners, up to rounding; beyond it; short of it by a millionth of the former distance.
+        for (fraction, volume_m3) in [(0.0, 0.0), (-1e-3, -1e-3 * block.volume(flat)), (1e-6, 0.0)] {
+            let mut mesh = block.clone();
+            mesh.nodes[middle] = foot + fraction * (mesh.nodes[middle] - foot);
+            match mesh.checked() {
+                Ok(_) => assert_eq!(fraction, 1e-6, "element {flat}"),
+                Err(MeshError::BadElement { volume_m3: found, .. }) if fraction != 1e-6 => {
+                    assert!((found - volume_m3).abs() < 1e-15, "element {flat}: {found} instead of {volume_m3}");
+                }
+                Err(other) => panic!("element {flat}, {fraction}: {other}"),
+            }
+        }
+    }
+}

@@ -92,6 +92,15 @@ fn midpoints_of_quadratic_elements_are_dropped_and_nodes_of_nothing_are_not() {
     let quadratic =
         (head.to_owned() + &element).replace(&format!("$Nodes\n{n}\n"), &format!("$Nodes\n{}\n{nodes}", n + 6));
     assert_eq!(Mesh::from_msh(&quadratic, MshSets::Groups).as_ref(), Ok(&mesh));
+    // Points and lines, linear and quadratic, are of no use here and no harm.
+    let count = quadratic.split("$Elements\n").nth(1).and_then(|text| text.lines().next()).expect("a count");
+    let more = count.parse::<usize>().expect("a count") + 3;
+    let lines = quadratic.replace(
+        &format!("$Elements\n{count}\n"),
+        &format!("$Elements\n{more}\n901 15 2 0 1 1\n902 1 2 0 1 1 2\n903 8 2 0 1 1 2 3\n"),
+    );
+    assert_ne!(lines, quadratic);
+    assert_eq!(Mesh::from_msh(&lines, MshSets::Groups).as_ref(), Ok(&mesh));
     let stray = text.replace(&format!("$Nodes\n{n}\n"), &format!("$Nodes\n{}\n77 0 0 0.01\n", n + 1));
     let error = Mesh::from_msh(&stray, MshSets::Groups).expect_err("a node of nothing");
     assert!(

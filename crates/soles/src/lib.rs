@@ -140,3 +140,69 @@ pub fn needs_one_friction(robot: &Robot) -> Result<(), SolesError> {
         Friction::PerPatch(_) => Err(SolesError::FrictionList { file: robot.sole_file.clone() }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    /// HRP-4 on a small sole with these lines at the top of its file.
+    fn robot(head: &str) -> (tempfile::TempDir, Robot) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("sole.toml");
+        let tail = "[mesh]\nbox_m = [0.23, 0.13, 0.021]\ncells = [3, 2, 2]\n[material]\nyoung_modulus_pa = 0.32e6\npoisson_ratio = 0.31\n\
+                    [foot]\nankle_in_sole_m = [-0.015, -0.011, 0.103]\n[solver]\nlevel = \"fem\"\ntolerance = 1e-10\n";
+        std::fs::write(&file, format!("{head}\n{tail}")).expect("a file");
+        let hrp4 = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
+        (folder, Robot::load_on(&hrp4, Some(&file)).expect("a robot"))
+    }
+
+    fn built(head: &str, choice: SoleChoice) -> [SoleModel; 2] {
+        build(&robot(head).1, &choice, &mut Store::none()).expect("soles").expect("not rigid")
+    }
+
+    const PLAIN: &str = "friction = 0.65\ncontact = \"bottom\"";
+
+    #[test]
+    fn the_right_sole_is_the_left_one_s_mirror_image_and_a_choice_changes_what_it_names() {
+        let [left, right] = built(PLAIN, SoleChoice::default());
+        assert_eq!(right, left.mirrored());
+        assert_ne!(right.ankle_in_sole_m(), left.ankle_in_sole_m());
+        assert_eq!((left.contact_points().len(), left.friction()), (12, &[0.65; 12][..]));
+        let [softer, _] = built(PLAIN, SoleChoice { young_modulus_factor: 0.5, ..SoleChoice::default() });
+        let apart = (softer.compliance() - left.compliance() * 2.0).norm();
+        assert!(apart < 1e-12 * softer.compliance().norm(), "half the modulus, twice the compliance");
+        let [smoother, _] = built(PLAIN, SoleChoice { friction: Some(0.2), ..SoleChoice::default() });
+        assert_eq!(smoother.friction(), [0.2; 12]);
+        let [finer, _] = built(PLAIN, SoleChoice { cells: Some([4, 3, 2]), ..SoleChoice::default() });
+        assert_eq!(finer.contact_points().len(), 20);
+        // A ring of ten nodes between bottom and top.
+        let [all, _] = built("friction = 0.65\ncontact = \"all\"", SoleChoice::default());
+        assert_eq!(all.contact_points().len(), 12 + 10);
+        let patches = SoleChoice { level: Some(SoleLevel::Patches), patch_cells: [2, 1], ..SoleChoice::default() };
+        assert_eq!(built(PLAIN, patches)[0].contact_points().len(), 6);
+        let rigid = SoleChoice { level: Some(SoleLevel::Rigid), ..SoleChoice::default() };
+        assert!(build(&robot(PLAIN).1, &rigid, &mut Store::none()).expect("none is needed").is_none());
+    }
+
+    #[test]
+    fn a_list_of_frictions_is_point_by_point_scaled_as_asked_and_replaced_by_one_number() {
+        let values: Vec<f64> = (0..12).map(|i| 0.3 + 0.05 * f64::from(i)).collect();
+        let head = format!("friction = {values:?}\ncontact = \"bottom\"");
+        let [left, right] = built(&head, SoleChoice::default());
+        assert_eq!((left.friction(), right.friction()), (&values[..], &values[..]));
+        let [one, _] = built(&head, SoleChoice { friction: Some(0.2), ..SoleChoice::default() });
+        assert_eq!(one.friction(), [0.2; 12]);
+        let (_folder, robot) = robot(&head);
+        let settings = nominal(&robot);
+        assert_eq!(settings.friction, 0.3, "the smallest");
+        let [half, _] = both(&robot, &settings, Some(0.5), &mut Store::none()).expect("soles");
+        assert!(half.friction().iter().zip(&values).all(|(half, whole)| *half == 0.5 * whole));
+        let patches = SoleChoice { level: Some(SoleLevel::Patches), patch_cells: [2, 1], ..SoleChoice::default() };
+        let error = build(&robot, &patches, &mut Store::none()).expect_err("six points, twelve values");
+        assert!(matches!(error, SolesError::FrictionCount { found: 12, expected: 6, .. }), "{error}");
+        let lumped = SoleChoice { level: Some(SoleLevel::Lumped), ..SoleChoice::default() };
+        let error = build(&robot, &lumped, &mut Store::none()).expect_err("no points of the mesh");
+        assert!(matches!(error, SolesError::FrictionList { .. }), "{error}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Meshes from Gmsh, condensed soles as bytes.
 
-use sole::{CacheError, Mesh, MeshError, MeshSource, MshError, MshSets, SoleModel, SoleSettings};
+use sole::{CacheError, ContactSet, Level, Mesh, MeshError, MeshSource, MshError, MshSets, SoleModel, SoleSettings};
 
 const GMSH: &str = include_str!("../data/sole_1494.msh");
 
@@ -39,7 +39,11 @@ fn unsound_files_are_refused_with_the_place() {
     assert!(matches!(error(&good.replace("2.2 0 8", "4.0 0 8")), MshError::Unsupported { .. }));
     assert!(matches!(error(&good.replace("\"clamped\"", "\"glued\"")), MshError::NoGroup { group: "clamped", .. }));
     assert!(matches!(error(&good.replace("$EndElements", "")), MshError::Malformed { section: "Elements", .. }));
-    assert!(matches!(error("hello"), MshError::Malformed { section: "MeshFormat", .. }));
+    assert!(matches!(error(&good.replace("$EndMeshFormat", "")), MshError::Malformed { section: "MeshFormat", .. }));
+    // Another kind of file, and Gmsh's first format.
+    for text in ["hello", "solid foot\n", "$NOD\n1\n1 0 0 0\n$ENDNOD\n"] {
+        assert_eq!(error(text), MshError::NotGmsh);
+    }
     let first_tetrahedron = good.lines().position(|line| line.contains(" 4 2 3 1 ")).expect("one");
     let mut lines: Vec<String> = good.lines().map(str::to_owned).collect();
     let words: Vec<String> = lines[first_tetrahedron].split(' ').map(str::to_owned).collect();
@@ -80,6 +84,31 @@ fn a_cached_sole_is_the_sole_and_a_wrong_one_is_refused() {
     let mut other = settings.clone();
     other.material.young_modulus_pa *= 1.0 + 1e-15;
     assert_ne!(other.key(), settings.key());
+    // Each number and choice is a part of the key.
+    let block = |size_m, cells| MeshSource::Box { size_m, cells };
+    let changes: [&dyn Fn(&mut SoleSettings); 15] = [
+        &|s| s.material.poisson_ratio = 0.3,
+        &|s| s.friction = 0.6,
+        &|s| s.ankle_in_sole_m.x = 0.0,
+        &|s| s.ankle_in_sole_m.y = 0.0,
+        &|s| s.ankle_in_sole_m.z = 0.1,
+        &|s| s.contact = ContactSet::All,
+        &|s| s.level = Level::Rigid,
+        &|s| s.level = Level::Lumped,
+        &|s| s.level = Level::QuadraticFem,
+        &|s| s.level = Level::Winkler { cells: [2, 1] },
+        &|s| s.level = Level::Patches { cells: [2, 1] },
+        &|s| s.level = Level::Patches { cells: [1, 2] },
+        &|s| s.mesh = block([0.13, 0.23, 0.021], [4, 3, 2]),
+        &|s| s.mesh = block([0.23, 0.13, 0.021], [4, 2, 3]),
+        &|s| s.mesh = MeshSource::Mesh(Mesh::kuhn_box([0.23, 0.13, 0.021], [4, 3, 2]).expect("a box")),
+    ];
+    let mut keys = std::collections::BTreeSet::from([settings.key(), other.key()]);
+    for (k, change) in changes.iter().enumerate() {
+        let mut changed = settings.clone();
+        change(&mut changed);
+        assert!(keys.insert(changed.key()), "change {k}");
+    }
     assert!(matches!(SoleModel::from_bytes(&bytes, other.key()), Err(CacheError::Key { .. })));
     let mut altered = bytes.clone();
     altered[200] ^= 1;

@@ -192,12 +192,32 @@ fn quadratic_elements_do_not_lock() {
 }
 
 #[test]
+fn every_node_and_midpoint_of_the_glued_face_is_held_and_no_other() {
+    let [nx, ny, nz] = [4, 3, 2];
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells: [nx, ny, nz] };
+    // With the midpoints a cell of six tetrahedra has its 27 nodes: a grid of half the step.
+    for (level, per_cell) in [(Level::Fem, 1), (Level::QuadraticFem, 2)] {
+        let settings = SoleSettings { mesh: mesh.clone(), level, ..SoleSettings::default() };
+        let statistics = SoleModel::build(&settings).expect("a sole").statistics();
+        let layer = (per_cell * nx + 1) * (per_cell * ny + 1);
+        assert_eq!(statistics.nodes, layer * (per_cell * nz + 1), "{level:?}");
+        assert_eq!(statistics.degrees_of_freedom, 3 * layer * per_cell * nz, "{level:?}");
+    }
+}
+
+#[test]
 fn springs_have_the_stiffness_they_stand_for() {
     let build = |level: Level| SoleModel::build(&SoleSettings { level, ..SoleSettings::default() }).expect("a sole");
     let fem = build(Level::Fem).bonded_stiffness();
     let lumped = build(Level::Lumped).bonded_stiffness();
     for axis in 2..5 {
         assert!((lumped[(axis, axis)] / fem[(axis, axis)] - 1.0).abs() < 1e-9, "axis {axis}");
+    }
+    // One shear stiffness in all directions: the mean of forward and sideways.
+    let shear = 0.5 * (fem[(0, 0)] + fem[(1, 1)]);
+    assert!((fem[(0, 0)] / fem[(1, 1)] - 1.0).abs() > 1e-6, "or this says nothing");
+    for axis in 0..2 {
+        assert!((lumped[(axis, axis)] / shear - 1.0).abs() < 1e-9, "axis {axis}");
     }
     let winkler = build(Level::Winkler { cells: [9, 5] });
     assert_eq!(winkler.contact_points().len(), 60);

@@ -28,13 +28,24 @@ fn stance(model: &SoleModel) -> StanceReport {
     estimator.step(&StanceReference::constant(Vec3::new(30.0, -20.0, 383.0), zmp)).clone()
 }
 
+/// As many numbers as asked for, behind the line of a picture that begins so.
+fn numbers(text: &str, head: &str, count: usize) -> Vec<f64> {
+    let mut lines = text.lines().skip_while(|line| !line.starts_with(head));
+    assert!(lines.next().is_some(), "no {head}");
+    let words = lines.flat_map(str::split_ascii_whitespace).take(count);
+    words.map(|word| word.parse().expect("a number")).collect()
+}
+
+/// One vector per node.
+fn vectors(text: &str, head: &str) -> Vec<Vec3> {
+    let points = text.lines().find(|line| line.starts_with("POINTS")).expect("points");
+    let count: usize = points.split(' ').nth(1).expect("a count").parse().expect("a number");
+    numbers(text, head, 3 * count).chunks_exact(3).map(Vec3::from_column_slice).collect()
+}
+
 /// The points of a picture.
 fn points(text: &str) -> Vec<Vec3> {
-    let mut lines = text.lines().skip_while(|line| !line.starts_with("POINTS"));
-    let count: usize = lines.next().expect("points").split(' ').nth(1).expect("a count").parse().expect("a number");
-    let numbers = lines.flat_map(str::split_ascii_whitespace).take(3 * count);
-    let numbers: Vec<f64> = numbers.map(|word| word.parse().expect("a number")).collect();
-    numbers.chunks_exact(3).map(Vec3::from_column_slice).collect()
+    vectors(text, "POINTS")
 }
 
 fn assert_shows(model: &SoleModel, text: &str, node_positions: &[Vec3]) {
@@ -61,6 +72,20 @@ fn contact_nodes_are_drawn_where_the_tick_has_them_and_the_clamped_ones_where_th
         let mesh = model.mesh().expect("a mesh");
         for node in &mesh.clamped {
             assert!((points(&text)[*node] - x.point(&mesh.nodes[*node])).norm() < SAME_PLACE_M, "node {node}");
+        }
+        // Arrows: how far each node is from where an undeformed sole would have it, and what the ground does to it.
+        let (moved, pushed) = (vectors(&text, "VECTORS displacement_m"), vectors(&text, "VECTORS force_n"));
+        let drawn = points(&text);
+        for (node, at) in drawn.iter().enumerate() {
+            let away = at - x.point(&mesh.nodes[node]);
+            assert!((moved[node] - away).norm() < SAME_PLACE_M, "node {node}: {} for {away}", moved[node]);
+            let force = mesh.contact.iter().position(|i| *i == node).map_or(Vec3::zeros(), |i| report.node_forces[i]);
+            assert!((pushed[node] - force).norm() < 1e-9, "node {node}: {} for {force}", pushed[node]);
+        }
+        // Viewers turn elements with negative volumes inside out.
+        for cell in numbers(&text, "CELLS", 5 * 288).chunks_exact(5) {
+            let [a, b, c, d] = [1, 2, 3, 4].map(|k| drawn[cell[k] as usize]);
+            assert!(cell[0] == 4.0 && (b - a).cross(&(c - a)).dot(&(d - a)) > 0.0, "{cell:?}");
         }
         let short = deformed_sole_vtk(&model, &material, x, positions, &report.node_forces[1..]);
         assert_eq!(short.err(), Some(SoleError::Count { expected: 35, found: 34 }));

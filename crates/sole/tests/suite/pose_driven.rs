@@ -1,10 +1,11 @@
 //! Given pose, find forces: closed laws, tangents, viscosity, history, round trips with the estimator.
 
 use crate::reference_cases::{cases, model};
-use nalgebra::Vector2;
+use nalgebra::{DVector, SVector, Vector2};
 use sole::{
-    ContactReport, ContactStatus, EstimatorSettings, Foothold, Ground, Level, MeshSource, NodeState, Plane,
-    PoseDrivenContact, PoseDrivenSettings, Slope, SoleModel, SoleSettings, StanceEstimator, StanceReference,
+    ContactReport, ContactStatus, ElasticBody, EstimatorSettings, Foothold, Ground, Level, MeshSource, NodeState,
+    Plane, PoseDrivenContact, PoseDrivenSettings, Slope, SoleModel, SoleSettings, StanceEstimator, StanceReference,
+    element_stiffness,
 };
 use spatial::{Mat6, Transform, Vec3, Vec6, so3};
 use std::sync::Arc;
@@ -143,6 +144,68 @@ fn viscosity_stiffens_fast_pressing_and_forgets_at_rest() {
 }
 
 #[test]
+fn the_elastic_energy_is_that_of_all_elements_and_what_pressing_has_put_in() {
+    let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells: [5, 4, 2] };
+    let settings = SoleSettings { mesh, ..SoleSettings::default() };
+    let model = Arc::new(SoleModel::build(&settings).expect("a sole"));
+    let (mesh, material) = (model.mesh().expect("a mesh"), &settings.material);
+    let body = ElasticBody::new(mesh, material).expect("a body");
+    // Displacements of the whole body with the contact nodes where the report has them, then element by element.
+    let energy_of_elements_j = |x: &Transform, report: &ContactReport| {
+        let points = model.contact_points().iter().zip(&report.node_positions);
+        let u: Vec<f64> = points.flat_map(|(p, at)| <[f64; 3]>::from(x.inverse().point(at) - p)).collect();
+        let elastic_n = model.stiffness() * DVector::from_vec(u);
+        let mut forces = vec![Vec3::zeros(); mesh.nodes.len()];
+        for (i, node) in mesh.contact.iter().enumerate() {
+            forces[*node] = elastic_n.fixed_rows::<3>(3 * i).into();
+        }
+        let u = body.displacement(&forces);
+        let of_element = |t: &[usize; 4]| {
+            let u = SVector::<f64, 12>::from_fn(|i, _| u[t[i / 3]][i % 3]);
+            0.5 * u.dot(&(element_stiffness(&t.map(|i| mesh.nodes[i]), material) * u))
+        };
+        mesh.tetrahedra.iter().map(of_element).sum::<f64>()
+    };
+    for viscosity_time_s in [0.0, 0.02] {
+        let settings = PoseDrivenSettings { viscosity_time_s, ..PoseDrivenSettings::default() };
+        let mut contact = PoseDrivenContact::new(Arc::clone(&model), settings);
+        let (mut most_j, mut slid, mut partly) = (0.0_f64, 0, 0);
+        for step in 0..60 {
+            let t = 0.005 * f64::from(step);
+            // Pressed, tilted until a part lifts, dragged, and lifted off altogether.
+            let height_m = if step < 50 { -1.2e-3 * (10.0 * t).sin() } else { 0.02 };
+            let x = pose(0.02 * (9.0 * t).sin(), 0.03 * (7.0 * t).sin(), 0.0, 3e-3 * (12.0 * t).sin(), 0.0, height_m);
+            let report = contact.evaluate(&x, &Plane, 0.005).clone();
+            let expected_j = energy_of_elements_j(&x, &report);
+            most_j = most_j.max(expected_j);
+            assert!(
+                (report.elastic_energy_j - expected_j).abs() <= 1e-10 * most_j,
+                "{viscosity_time_s} s, step {step}: {} J instead of {expected_j}",
+                report.elastic_energy_j
+            );
+            let count = |state| report.node_states.iter().filter(|s| **s == state).count();
+            slid += usize::from(count(NodeState::Slip) > 0);
+            partly += usize::from((1..30).contains(&count(NodeState::Free)));
+            if report.status == ContactStatus::NoContact && step >= 50 {
+                // What a viscous body still holds when it leaves the ground fades; an elastic one holds nothing.
+                assert_eq!(report.elastic_energy_j > 0.0, viscosity_time_s > 0.0, "step {step}");
+            }
+            contact.commit();
+        }
+        assert!(most_j > 0.01 && slid > 5 && partly > 5, "{most_j} J, {slid} sliding, {partly} lifting in part");
+        contact.reset();
+        assert_eq!(contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.01), &Plane, 0.005).elastic_energy_j, 0.0);
+    }
+    // Glued to the ground and pressed straight down the sole is a spring: half the force times the way.
+    let glued = model.as_ref().clone().with_friction(vec![1e3; 30]).expect("friction");
+    let mut contact = PoseDrivenContact::new(glued, PoseDrivenSettings::default());
+    let depth_m = 7e-4;
+    let report = contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, -depth_m), &Plane, 0.005);
+    let work_j = 0.5 * report.wrench.force.z * depth_m;
+    assert!((report.elastic_energy_j / work_j - 1.0).abs() < 1e-12, "{} J of {work_j}", report.elastic_energy_j);
+}
+
+#[test]
 fn the_estimators_pose_gives_back_the_force_it_was_asked_for() {
     let model = Arc::new(SoleModel::build(&SoleSettings::default()).expect("a sound sole"));
     let settings = EstimatorSettings { tolerance: 1e-12, ..EstimatorSettings::default() };
@@ -264,9 +327,67 @@ fn nonsense_is_refused_and_leaves_the_state_unharmed() {
         let status = contact.evaluate(&pose(0.0, 0.0, 0.0, 0.0, 0.0, z), &Plane, 1e-3).status;
         assert_eq!(status, ContactStatus::InvalidInput, "{z} m");
     }
+    // What was tried in between is not what was refused.
+    contact.evaluate(&pose(0.0, 0.0, 0.0, 0.01, 0.0, -0.001), &Plane, 1e-3);
     assert_eq!(contact.evaluate(&x, &Plane, 0.0).status, ContactStatus::InvalidInput);
     contact.commit();
     assert_eq!(contact.evaluate(&x, &Plane, 1e-3).wrench, good);
+}
+
+#[test]
+fn states_found_from_scratch_are_those_that_the_active_sets_settle_in() {
+    for viscosity_time_s in [0.0, 0.02] {
+        let settled = PoseDrivenSettings { viscosity_time_s, tolerance: 1e-12, ..PoseDrivenSettings::default() };
+        let scratch = PoseDrivenSettings { iterations_max: 1, ..settled };
+        let mut contacts = [settled, scratch].map(|settings| PoseDrivenContact::new(small_sole(), settings));
+        let mut from_scratch = 0;
+        for step in 0..80 {
+            let t = 0.005 * f64::from(step);
+            let height_m = -1e-3 * (8.0 * t).sin();
+            let x =
+                pose(0.02 * (9.0 * t).sin(), 0.03 * (7.0 * t).sin(), 0.1 * t, 4e-3 * (12.0 * t).sin(), 0.0, height_m);
+            let [settled, scratch] = contacts.each_mut().map(|contact| {
+                let report = contact.evaluate(&x, &Plane, 0.005).clone();
+                contact.commit();
+                report
+            });
+            from_scratch += usize::from(scratch.iterations > 1);
+            assert_eq!(scratch.status, settled.status, "step {step}: {}", scratch.residual);
+            let largest_n = settled.node_forces.iter().map(|f| f.norm()).fold(1.0, f64::max);
+            for (a, b) in settled.node_forces.iter().zip(&scratch.node_forces) {
+                assert!((a - b).norm() < 1e-8 * largest_n, "{viscosity_time_s} s, step {step}: {a} {b}");
+            }
+        }
+        assert!(from_scratch > 20, "{from_scratch}");
+    }
+}
+
+#[test]
+fn landing_along_the_normal_of_a_slope_makes_no_friction_and_landing_straight_down_does() {
+    let ground = Slope { normal: Vec3::new(0.1, -0.05, 1.0).normalize(), height_m: 0.2 };
+    let along = Transform::new(
+        so3::exp(&Vec3::z().cross(&ground.normal).normalize().scale(ground.normal.z.acos())),
+        Vec3::zeros(),
+    );
+    let foot = ground.height_and_normal(0.3, 0.1).0;
+    let at = |offset: Vec3| Transform::new(along.rotation, Vec3::new(0.3, 0.1, foot) + offset);
+    // A millimetre above the ground, then half a millimetre in it: along the normal, or by the same depth straight down.
+    let pushed = |way: Vec3| {
+        let mut contact = PoseDrivenContact::new(small_sole(), PoseDrivenSettings::default());
+        contact.evaluate(&at(1e-3 * ground.normal), &ground, 1e-3);
+        contact.commit();
+        let force = contact.evaluate(&at(1e-3 * ground.normal + way), &ground, 1e-3).wrench.force;
+        let normal_n = force.dot(&ground.normal);
+        (normal_n, force - normal_n * ground.normal)
+    };
+    let (normal_n, sideways) = pushed(-1.5e-3 * ground.normal);
+    // The foam bulges the same way on all sides but for its mesh's asymmetry.
+    assert!(normal_n > 100.0 && sideways.norm() < 0.01 * normal_n, "{normal_n} {sideways}");
+    let down = -1.5e-3 / ground.normal.z * Vec3::z();
+    let (normal_n, sideways) = pushed(down);
+    // Downhill by tan(6.4 degrees) of the way: friction holds against it.
+    let downhill = down - down.dot(&ground.normal) * ground.normal;
+    assert!(-sideways.dot(&downhill) > 0.02 * normal_n * downhill.norm(), "{normal_n} {sideways}");
 }
 
 #[test]

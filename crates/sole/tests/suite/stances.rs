@@ -4,8 +4,8 @@ use crate::edge::honest;
 use crate::walking_stance::{self, TICKS};
 use nalgebra::Vector2;
 use sole::{
-    EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, NodeState, SoleModel,
-    SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
+    ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, NodeState,
+    SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
 };
 use spatial::{Mat3, Vec3, so3};
 use std::sync::Arc;
@@ -190,7 +190,9 @@ fn the_fold_is_reported_with_its_limit_and_survived() {
     let vertical = Vec3::new(0.0, 0.0, 383.0);
     let mut undisturbed = estimator.clone();
     let edge = StanceReference::constant(vertical, Vector2::new(0.99 * 0.115, 0.0));
-    match estimator.step(&edge).status {
+    let report = estimator.step(&edge);
+    assert!(report.slow, "followed step by step");
+    match report.status {
         Status::Fold { reached_zmp_m, fraction } => {
             // Facts: 0.911 of the half-length on this mesh.
             assert!((reached_zmp_m.x / 0.115 - 0.911).abs() < 0.005, "{reached_zmp_m}");
@@ -201,7 +203,7 @@ fn the_fold_is_reported_with_its_limit_and_survived() {
     let back = StanceReference::constant(vertical, Vector2::new(0.02, 0.01));
     let a = estimator.step(&back).clone();
     let b = undisturbed.step(&back);
-    assert!(a.status.is_solved());
+    assert!(a.status.is_solved() && !a.slow);
     assert!((a.sole_pose.translation - b.sole_pose.translation).norm() < 1e-10);
 }
 
@@ -250,6 +252,32 @@ fn every_level_walks() {
             let report = estimator.step(&reference).clone();
             assert!(report.status.is_solved(), "{level:?}, tick {tick}: {:?}", report.status);
             laws_hold(&model, &report, reference.force.norm());
+        }
+    }
+}
+
+#[test]
+fn the_side_faces_never_touch_while_walking_nor_at_the_edge_so_the_bottom_face_is_contact_set_enough() {
+    let of = |contact| {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.03], cells: [10, 5, 5] };
+        let settings = SoleSettings { mesh, contact, ..SoleSettings::default() };
+        SoleModel::build(&settings).expect("a sole")
+    };
+    let soles = [of(ContactSet::Bottom), of(ContactSet::All)];
+    assert_eq!(soles.each_ref().map(|sole| sole.contact_points().len()), [66, 66 + 4 * 30]);
+    let edge = |part: f64| StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(part * 0.115, 0.0));
+    // The stance of a walk, then from standing to where the sole is tilted by 24 degrees.
+    let walk: Vec<_> = (0..TICKS).map(|tick| walking_stance::reference(tick, false)).collect();
+    let leaning: Vec<_> = (0..=99).map(|step| edge(0.01 * f64::from(step))).collect();
+    for stance in [walk, leaning] {
+        let mut estimators = soles.each_ref().map(|sole| StanceEstimator::new(sole.clone(), tight()));
+        estimators.iter_mut().for_each(|estimator| estimator.touch_down(Foothold::default()));
+        for (tick, reference) in stance.iter().enumerate() {
+            let [bottom, all] = estimators.each_mut().map(|estimator| estimator.step(reference).clone());
+            assert!(bottom.status.is_solved() && all.status.is_solved(), "tick {tick}: {:?}", all.status);
+            assert_eq!(all.free, bottom.free + 120, "tick {tick}: a node of a side face touches");
+            let apart_m = (bottom.ankle_pose.translation - all.ankle_pose.translation).norm();
+            assert!(apart_m < 1e-12, "tick {tick}: ankles {apart_m} m apart");
         }
     }
 }
