@@ -340,7 +340,7 @@ fn a_mesh_may_be_off_its_middle_by_rounding_alone_in_every_direction() {
         for (off_m, accepted) in [(0.9e-5, true), (1.1e-5, false), (-0.9e-5, true), (-1.1e-5, false)] {
             let mut mesh = block.clone();
             mesh.nodes.iter_mut().for_each(|p| p[axis] += off_m);
-            let found = on_mesh(&mesh.to_msh());
+            let found = on_mesh(mesh.to_msh());
             match &found {
                 Ok(_) => assert!(accepted, "{off_m} m along {axis}"),
                 Err(error) => assert!(!accepted && matches!(error, RobotError::OffCentre { .. }), "{error}"),

@@ -89,7 +89,7 @@ fn whatever_is_asked_within_bounded_work_does_not_allocate() {
             names.push(estimator.step(&asked[0]).status);
             for every_load_lands in [true, false] {
                 for reference in &asked {
-                    if every_load_lands || names.len() % 50 == 0 {
+                    if every_load_lands || names.len().is_multiple_of(50) {
                         estimator.lift_off();
                         estimator.touch_down(Foothold { x_m: 0.1, y_m: -0.2, yaw_rad: 0.3 });
                         estimator.touch_down(Foothold::default());
