@@ -49,7 +49,7 @@ pub enum GaitError {
     },
     /// The margin excludes the point under the ankle, where the feet's ZMPs are at start and stop: reduce it, or move the sole.
     #[error(
-        "limits.zmp_margin_m = {margin_m} m excludes the ankle, which stands only {room_m} m from the edge of the sole"
+        "limits.zmp_margin_m = {margin_m} m excludes the ankle, which stands only {room_m:.6} m from the edge of the sole"
     )]
     AnkleOutsidePolygon {
         /// The margin.

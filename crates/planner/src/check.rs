@@ -130,7 +130,7 @@ pub enum NotWalkable {
     },
     /// A joint would pass its limit.
     #[error(
-        "at {time_s:.3} s the {joint} of the {leg} leg would be {by_deg:.2} degrees beyond its limit: change the steps or gait.body.com_height_m"
+        "at {time_s:.3} s the {joint} of the {leg} leg would be {by_deg:.2} degrees beyond its limit: change the steps, gait.swing.apex_m or gait.body.com_height_m"
     )]
     Joint {
         /// Walk time.
@@ -404,6 +404,30 @@ mod tests {
             let refused = plan(&[&format!("gait.{key}={value}")]).expect_err("another foot").to_string();
             assert!(refused.starts_with(&format!("gait.{key}")) && refused.contains("sole.toml"), "{refused}");
         }
+    }
+
+    #[test]
+    fn a_wrong_setting_of_the_gait_is_told_with_its_full_key() {
+        for (key, value, told) in [
+            ("swing.apex_m", "3.0", "gait.swing.apex_m = 3: give 0 m to 2 m"),
+            ("timing.double_support_each_s", "[0.4]", "gait.timing.double_support_each_s has 1 numbers for 10 phases"),
+            ("limits.zmp_margin_m", "0.07", "gait.limits.zmp_margin_m = 0.07 m empties the support polygon"),
+            (
+                "limits.zmp_margin_m",
+                "0.06",
+                "gait.limits.zmp_margin_m = 0.06 m excludes the ankle, which stands only 0.054000 m from the edge of the sole",
+            ),
+            ("walk.step_length_m", "0.31", "gait: step 1: the Right foot's distance along the stance foot"),
+        ] {
+            let refused = plan(&[&format!("gait.{key}={value}")]).expect_err("wrong").to_string();
+            assert!(refused.starts_with(told), "{refused}");
+        }
+    }
+
+    #[test]
+    fn a_foot_lifted_higher_than_its_knee_bends_is_refused_with_the_joint() {
+        let refused = plan(&["gait.swing.apex_m=0.5"]).expect_err("the knee bends by 125 degrees").to_string();
+        assert!(refused.contains("the knee of the") && refused.contains("gait.swing.apex_m"), "{refused}");
     }
 
     #[test]

@@ -92,7 +92,10 @@ pub enum PlannerError {
 
 /// A wrong setting with its full key, anything else as it is.
 fn in_full(error: &GaitError) -> String {
-    if matches!(error, GaitError::Setting { .. }) { format!("gait.{error}") } else { format!("gait: {error}") }
+    use GaitError::{AnkleOutsidePolygon, Durations, EmptyPolygon, Setting};
+    let begins_with_a_key =
+        matches!(error, Setting { .. } | Durations { .. } | EmptyPolygon { .. } | AnkleOutsidePolygon { .. });
+    if begins_with_a_key { format!("gait.{error}") } else { format!("gait: {error}") }
 }
 
 /// Lengths that agree to this are the same (m): figures in files have at most six digits.

@@ -189,7 +189,9 @@ fn the_corners_of_the_ranges_end_in_a_sound_walk_or_in_an_error() {
 #[test]
 fn lists_of_durations_are_complete_or_absent() {
     let mut settings = GaitSettings::default();
-    settings.timing.double_support_each_s = vec![0.4; 11];
-    let error = gait::plan(&settings).expect_err("one too many");
-    assert_eq!(error, GaitError::Durations { field: "timing.double_support_each_s", found: 11, expected: 10 });
+    for found in [1, 9, 11] {
+        settings.timing.double_support_each_s = vec![0.4; found];
+        let error = gait::plan(&settings).expect_err("neither all nor none");
+        assert_eq!(error, GaitError::Durations { field: "timing.double_support_each_s", found, expected: 10 });
+    }
 }
