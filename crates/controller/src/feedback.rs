@@ -320,6 +320,67 @@ mod tests {
     }
 
     #[test]
+    fn joints_are_taken_over_as_measured_and_another_walk_begins_with_its_own_soles() {
+        let mut bench = bench(IntegrationSettings::default());
+        let own = bench.base();
+        let here = bench.see(1, &own).expect("near").q.base.translation;
+        bench.feedback.restart();
+        let mut elsewhere = soles(2);
+        elsewhere.feet.iter_mut().for_each(|foot| foot.ankle_position_m[1] += 7.0);
+        bench.feedback.remember(&elsewhere);
+        bench.message.header.tick = 2;
+        let far = bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own).err();
+        assert_eq!(far, Some(Refused::Distance));
+        let moved = bench.feedback.estimate().pose.translation - here;
+        assert!((moved.y - 7.0).abs() < 1e-9, "{moved}");
+        let rates: Vec<f64> = (0..bench.model.joint_count()).map(|joint| 0.01 * joint as f64 - 0.1).collect();
+        bench.joints.to_interface(&rates, &mut bench.message.joint_velocity_rad_per_s);
+        bench.feedback.restart();
+        let seen = bench.see(4, &own).expect("slow");
+        let base = bench.model.base_dofs();
+        assert_eq!(seen.v.as_slice()[base..], rates);
+        for (joint, limits) in seen.q.joints.iter().zip(bench.model.joints().iter().map(|joint| joint.limits)) {
+            assert_eq!(*joint, 0.5 * (limits.lower + limits.upper));
+        }
+    }
+
+    #[test]
+    fn over_missed_ticks_the_low_pass_goes_on_and_a_turn_that_no_gyro_saw_teaches_no_bias() {
+        let velocity_time_s = 0.01;
+        let mut bench = bench(IntegrationSettings { velocity_time_s, ..Default::default() });
+        let own = bench.base();
+        let mut see = |tick: i64, sole: SoleDeformation, turn_rad: f64| {
+            bench.feedback.remember(&sole);
+            bench.message.header.tick = tick;
+            bench.message.imu_orientation_xyzw = [(0.5 * turn_rad).sin(), 0.0, 0.0, (0.5 * turn_rad).cos()];
+            let speed = bench
+                .feedback
+                .observe(&bench.model, &bench.joints, &bench.message, &own)
+                .expect("near")
+                .v
+                .rows(0, 3)
+                .norm();
+            (speed, bench.feedback.estimate().gyro_bias.norm())
+        };
+        let resting = |tick| {
+            let mut sole = soles(tick);
+            sole.feet.iter_mut().for_each(|foot| foot.ankle_twist[0] = 0.0);
+            sole
+        };
+        // The first one is that of `base`, whose soles moved.
+        for tick in 1..50 {
+            see(tick, resting(tick), 0.0);
+        }
+        let (speed, bias) = see(50, resting(50), 0.0);
+        assert!(speed < 1e-9 && bias < 1e-12, "{speed} {bias}");
+        // Five ticks later the soles move, and the body has turned by 0.05 rad.
+        let (speed, bias) = see(55, soles(54), 0.05);
+        let expected = ANKLE_SPEED_M_PER_S * (1.0 - (-5.0 * CONTROL_PERIOD_S / velocity_time_s).exp());
+        assert!((speed - expected).abs() < 1e-9, "{speed} {expected}");
+        assert!(bias < 1e-12, "{bias}");
+    }
+
+    #[test]
     fn every_measurement_that_no_standing_robot_makes_is_refused_with_its_reason_and_the_next_good_one_is_used() {
         let mut bench = bench(IntegrationSettings::default());
         let own = bench.base();

@@ -136,6 +136,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_rate_goes_where_it_belongs() {
+        let settings = IntegrationSettings {
+            mode: IntegrationMode::Feedback,
+            base_pose_rate_per_s: 1.0,
+            base_twist_rate_per_s: 2.0,
+            joint_rate_per_s: 3.0,
+            sole_yield: 0.4,
+            sole_yield_time_s: 0.5,
+            ..Default::default()
+        };
+        let rates = FeedbackRates { base_pose: 1.0, base_twist: 2.0, joints: 3.0 };
+        assert_eq!(settings.integration(), Integration::Feedback(rates));
+        assert_eq!(settings.sole_yield(), SoleYieldSettings { part: 0.4, time_s: 0.5 });
+        let open_loop = IntegrationSettings { mode: IntegrationMode::OpenLoop, ..settings };
+        assert_eq!(open_loop.integration(), Integration::OpenLoop);
+    }
+
+    #[test]
     fn numbers_beyond_their_range_are_refused_with_the_full_key_and_those_at_its_ends_are_not() {
         type Field = fn(&mut IntegrationSettings) -> &mut f64;
         let fields: [(&str, Field, [f64; 2]); 9] = [
