@@ -22,13 +22,15 @@ pub fn proximal(problem: &ContactProblem, workspace: &mut Workspace, settings: &
     let mut alpha = FIRST * mean;
     let mut iterations = 0;
     let mut free = DVector::zeros(3 * n);
-    let mut best = (f64::INFINITY, workspace.force.clone());
+    // The states go with the forces that are kept.
+    let mut best = (f64::INFINITY, workspace.force.clone(), workspace.states.clone());
     for _ in 0..settings.proximal_iterations_max {
         problem.displacement_into(&workspace.force, &mut workspace.delta);
         let residual = problem.residual_at(&workspace.force, &workspace.delta).relative;
         if residual < best.0 {
             best.0 = residual;
             best.1.copy_from_slice(&workspace.force);
+            best.2.copy_from_slice(&workspace.states);
         }
         if residual <= settings.tolerance {
             break;
@@ -62,5 +64,6 @@ pub fn proximal(problem: &ContactProblem, workspace: &mut Workspace, settings: &
         alpha = alpha.max(f64::EPSILON * mean);
     }
     workspace.force.copy_from_slice(&best.1);
+    workspace.states.copy_from_slice(&best.2);
     workspace.report(problem, settings.tolerance, iterations, Status::IterationLimit)
 }

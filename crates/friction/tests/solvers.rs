@@ -276,3 +276,19 @@ fn near_the_answer_newton_doubles_its_digits() {
         );
     }
 }
+
+#[test]
+fn states_after_a_failed_solve_are_those_of_the_forces_that_are_given() {
+    for (seed, iterations) in (1..10).flat_map(|seed| [(seed, 1), (seed, 2), (seed, 3)]) {
+        let problem = elastic(20, 1.2, seed);
+        let few = Settings { proximal_iterations_max: iterations, tolerance: 1e-15, ..tight() };
+        let mut workspace = Workspace::new(20);
+        let report = proximal(&problem, &mut workspace, &few);
+        assert_eq!(report.status, Status::IterationLimit);
+        // The best is never the last, which is not judged any more.
+        for (a, state) in workspace.states().iter().enumerate() {
+            let force: Vector3<f64> = report.force.fixed_rows::<3>(3 * a).into();
+            assert_eq!(*state == LocalState::Open, force == Vector3::zeros(), "seed {seed}, contact {a}");
+        }
+    }
+}
