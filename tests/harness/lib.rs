@@ -5,7 +5,7 @@ use messages::{Message, Topic, topic};
 use recording::{Recording, recover};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
@@ -166,18 +166,7 @@ impl Running {
 
     /// Waits for its end.
     pub fn finish(mut self) -> Finished {
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = self.child.try_wait().expect("it is ours") {
-                break status;
-            }
-            assert!(start.elapsed() < PATIENCE, "the launch hangs");
-            std::thread::sleep(Duration::from_millis(5));
-        };
-        let mut said = [String::new(), String::new()];
-        self.child.stdout.take().expect("piped").read_to_string(&mut said[0]).expect("text");
-        self.child.stderr.take().expect("piped").read_to_string(&mut said[1]).expect("text");
-        let [stdout, stderr] = said;
+        let (status, [stdout, stderr]) = end(&mut self.child, "the launch");
         // The folder outlives the launch, the child is gone.
         let launch = std::mem::replace(&mut self.launch, Launch::of(""));
         Finished { status, stdout, stderr, domain: launch.domain, folder: launch.folder }
@@ -229,10 +218,29 @@ impl Finished {
 /// Runs a process of a recorded walk again: exit code, results, diagnostics.
 pub fn replay(recording: &Path, process: &str, more: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(binaries().join("soleus-replayer"));
-    let Output { status, stdout, stderr } =
-        command.arg(recording).args(["--process", process]).args(more).output().expect("it can be started");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (status.code(), text(stdout), text(stderr))
+    command.arg(recording).args(["--process", process]).args(more);
+    let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let (status, [stdout, stderr]) = end(&mut child.expect("it can be started"), "the replay");
+    (status.code(), stdout, stderr)
+}
+
+/// Waits for the end of a child with pipes: how it ended, and what it said on standard output and error.
+fn end(child: &mut Child, what: &str) -> (ExitStatus, [String; 2]) {
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("it is ours") {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            let _ = child.kill();
+            panic!("{what} hangs");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let mut said = [String::new(), String::new()];
+    child.stdout.take().expect("piped").read_to_string(&mut said[0]).expect("text");
+    child.stderr.take().expect("piped").read_to_string(&mut said[1]).expect("text");
+    (status, said)
 }
 
 /// Asserts that a process of a recorded walk, run again, says the same to the bit.

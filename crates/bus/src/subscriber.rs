@@ -81,7 +81,7 @@ impl Gate {
     /// What somebody is told who waited in vain since these counts.
     ///
     /// # Errors
-    /// If messages came, but of another robot: waiting longer would bring nothing else.
+    /// If messages came, but of another robot.
     pub(crate) fn nothing_came<T>(&self, since: Counts, topic: &'static str) -> Result<Option<T>, ReceiveError> {
         match self.robot {
             Robot::Only(expected) if self.counts.refused > since.refused => {

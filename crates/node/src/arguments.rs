@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// What is said on the command line of a process.
 #[derive(Debug, Clone, Parser)]
 #[command(version = crate::VERSION, after_help = "Exit codes: 0 done; 1 failed while running; 2 arguments or configuration \
-wrong; 3 could not start (no owner of the domain, see soleus-launch serve); 4 safety stop; 5 deadlines missed; 6 the robot did not \
+wrong, or not of the robot of the others; 3 could not start (no owner of the domain, see soleus-launch serve); 4 safety stop; 5 deadlines missed; 6 the robot did not \
 settle.")]
 pub struct Arguments {
     /// Configuration file.

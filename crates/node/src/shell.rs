@@ -170,7 +170,7 @@ impl Shell {
     /// Waits for the next message; `None`: asked to stop.
     ///
     /// # Errors
-    /// If the owner or the one who should publish died.
+    /// If the owner or the one who should publish died, or publishes for another robot.
     pub fn wait<T: Message>(&mut self, subscriber: &mut Subscriber<T>) -> Result<Option<T>, Failure> {
         let row = subscriber.topic().row;
         self.wait_by(row, |patience| subscriber.wait(patience))

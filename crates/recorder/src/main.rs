@@ -47,6 +47,9 @@ impl Program for RecorderProcess {
         let mut inputs = Inputs { shell, inputs: Vec::new() };
         visit(&mut inputs)?;
         let mut inputs = inputs.inputs;
+        // The topics are listed as they follow from each other. Looked at the other way round, what a message answers is recorded with
+        // it even if this round should be the last one.
+        inputs.reverse();
         shell.ready()?;
         let mut flushed = Instant::now();
         // Whatever ends it, the file is finished.

@@ -163,10 +163,11 @@ fn control(
         let command = output.as_ref().map(|output| &output.command);
         let start = output.as_ref().and_then(|output| output.start.as_ref());
         start.map(Said::Start).into_iter().chain(command.map(Said::Command)).for_each(&mut *said);
+        // A run that was broken off may have been so before the step, or between step and recording.
         if then.is_some() {
             comparison.message(inputs.commands.topic(), then, command);
+            comparison.message(inputs.starts.topic(), inputs.starts.at(tick), start);
         }
-        comparison.message(inputs.starts.topic(), inputs.starts.at(tick), start);
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | 0 | the walk was walked to its end, or `serve` was asked to stop |
 //! | 1 | the robot fell, or something failed while running |
-//! | 2 | arguments, scenario or configuration are wrong |
+//! | 2 | arguments, scenario or configuration are wrong, or processes are configured for different robots |
 //! | 3 | could not start: the domain is in use, a binary is missing, a process died before the walk |
 //! | 4 | a process made a safety stop or was killed |
 //! | 5 | a process missed its deadlines |

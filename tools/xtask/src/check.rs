@@ -31,8 +31,8 @@ pub fn rules_and_licenses() -> anyhow::Result<()> {
 /// Spelling, where the checker is installed: the one tool here that does not come with Rust.
 fn spelling() -> anyhow::Result<()> {
     match Command::new("typos").arg("--version").output() {
-        Ok(_) => run("spelling", &mut Command::new("typos")),
-        Err(_) => {
+        Ok(found) if found.status.success() => run("spelling", &mut Command::new("typos")),
+        _ => {
             eprintln!("== spelling is left out: no `typos` (cargo install typos-cli, or pip install typos)");
             Ok(())
         }

@@ -202,19 +202,16 @@ impl ActiveSet {
         self.settle(problem);
         let (mut refinements, mut revivals) = (0, 0);
         let mut best_defect = f64::INFINITY;
+        let mut is_just_found = false;
         loop {
             if self.pending.is_empty() {
                 self.locate(problem, refinements == 0);
                 self.find_violated(problem, Tolerance::Loosened);
+                is_just_found = true;
             }
             if let Some(violated) = self.pending.pop() {
-                if self.iterations >= self.settings.iterations_max {
-                    self.place_x();
-                    self.judge(problem);
-                    return Status::IterationLimit;
-                }
-                match self.take_up(problem, violated) {
-                    Taken::Held => {}
+                match self.take_up(problem, violated, is_just_found) {
+                    Taken::Held => is_just_found = false,
                     Taken::Met => continue,
                     Taken::Contradiction => {
                         if self.is_proven(problem, violated) {
@@ -231,6 +228,8 @@ impl ActiveSet {
                         continue;
                     }
                     Taken::OutOfIterations => {
+                        // A step on the way to the row may have been left half-way.
+                        self.settle(problem);
                         self.place_x();
                         self.judge(problem);
                         return Status::IterationLimit;
@@ -379,14 +378,20 @@ impl ActiveSet {
         pending.sort_unstable_by(|a, b| a.relative.total_cmp(&b.relative).then(b.row.cmp(&a.row)));
     }
 
-    /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way.
-    fn take_up(&mut self, problem: &Problem, Violated { row, sign, tolerance, .. }: Violated) -> Taken {
+    /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way. A row that was
+    /// just found is taken up even if it is met here, where the point is measured otherwise and rounding may hide what was found:
+    /// else it would be found for ever.
+    fn take_up(&mut self, problem: &Problem, violated: Violated, is_just_found: bool) -> Taken {
+        let Violated { row, sign, tolerance, .. } = violated;
         let entering = Held { row, sign };
         let limit = self.limit(problem, entering);
         self.gather(problem, row);
         self.cholesky.solve_lower(&mut self.d);
-        if sign * (limit - dot(&self.d, &self.y)) <= tolerance {
+        if !is_just_found && sign * (limit - dot(&self.d, &self.y)) <= tolerance {
             return Taken::Met;
+        }
+        if self.iterations >= self.settings.iterations_max {
+            return Taken::OutOfIterations;
         }
         let length = dot(&self.d, &self.d).sqrt();
         self.z.copy_from_slice(&self.d);
@@ -551,6 +556,60 @@ mod tests {
         let active = [Row::Bound(1), Row::Inequality(1)].map(|row| Active { row, side: Side::Lower });
         assert_eq!(outcome.active, active);
         assert_eq!(outcome.report.iterations, 2);
+    }
+
+    #[test]
+    fn a_violation_that_rounding_hides_at_the_other_measure_ends_the_search_too() {
+        // x = 1/3 gives the row 0.1, and the side lies a tolerance above it: one last digit decides, and `a x` and `d y` have not
+        // always the same. On a thread, so that a search without end fails the test.
+        let (done, ended) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let mut problem = Problem::new(Size { variables: 1, equalities: 0, inequalities: 1 });
+            problem.P[(0, 0)] = 3.0;
+            problem.c[0] = -1.0;
+            problem.C[0] = 0.3;
+            let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
+            for k in -2000..2000 {
+                problem.l[0] = 0.10000000001000074 + f64::from(k) * 0.1 * f64::EPSILON;
+                solver.forget();
+                let outcome = solver.solve(&problem);
+                assert_eq!(outcome.report.status, Status::Solved, "{k}");
+                assert!(outcome.report.iterations <= 1, "{k}: {}", outcome.report.iterations);
+            }
+            done.send(()).expect("the test waits");
+        });
+        ended.recv_timeout(std::time::Duration::from_secs(120)).expect("it ends, and well");
+    }
+
+    #[test]
+    fn rows_that_are_met_by_now_do_not_count_against_the_limit() {
+        // As above: two rows are taken up, and the third follows from them.
+        let mut problem = Problem::new(Size { variables: 2, equalities: 0, inequalities: 2 });
+        problem.C.copy_from_slice(&[1.0, 1.0, 0.0, 0.0]);
+        problem.l.copy_from_slice(&[0.5, 1.0]);
+        problem.lb[1] = 2.0;
+        for (iterations_max, status) in [(1, Status::IterationLimit), (2, Status::Solved)] {
+            let settings = ActiveSetSettings { iterations_max, ..ActiveSetSettings::default() };
+            assert_eq!(ActiveSet::new(problem.size(), settings).solve(&problem).report.status, status);
+        }
+    }
+
+    #[test]
+    fn a_row_left_half_way_leaves_no_trace() {
+        // One step takes up the row while the bounds leave one by one; the limit stops it among them.
+        let n = 6;
+        let mut problem = Problem::new(Size { variables: n, equalities: 0, inequalities: 1 });
+        problem.c.iter_mut().enumerate().for_each(|(i, c)| *c = 1.0 + i as f64);
+        problem.lb.fill(0.0);
+        problem.C.fill(1.0);
+        let settings = ActiveSetSettings { iterations_max: 3, ..ActiveSetSettings::default() };
+        let mut solver = ActiveSet::new(problem.size(), settings);
+        let all: Vec<Active> = (0..n).map(|i| Active { row: Row::Bound(i), side: Side::Lower }).collect();
+        solver.guess(&all);
+        problem.l[0] = 1000.0;
+        let outcome = solver.solve(&problem);
+        assert_eq!((outcome.report.status, outcome.active.len()), (Status::IterationLimit, n - 3));
+        assert!(outcome.report.residuals.stationarity < 1e-12, "{:?}", outcome.report.residuals);
     }
 
     #[test]
