@@ -45,8 +45,8 @@
 //!
 //! # References
 //!
-//! G. De Magistris, A. Pajon, S. Miossec, A. Kheddar, *Optimized humanoid walking with soft soles*, Robotics and Autonomous Systems 95
-//! (2017); R. Featherstone, *Rigid Body Dynamics Algorithms* (2008); D. Baraff, A. Witkin, *Large steps in cloth simulation*, SIGGRAPH 1998
+//! G. De Magistris, A. Pajon, S. Miossec, A. Kheddar, *Humanoid walking with compliant soles using a deformation estimator*, Robotics and
+//! Autonomous Systems (2017); R. Featherstone, *Rigid Body Dynamics Algorithms* (2008); D. Baraff, A. Witkin, *Large steps in cloth simulation*, SIGGRAPH 1998
 //! (linearly implicit Euler); S. Kajita et al., IROS 2010 and S. Caron et al., ICRA 2019 (stabiliser).
 #![allow(non_snake_case)] // monogram notation, see the style guide
 

@@ -27,6 +27,14 @@ pub enum RobotModelError {
         /// Which, and the nearest known one.
         source: Box<ModelError>,
     },
+    /// The description lists a joint that cannot move or does not exist. Remedy: correct its name or remove it.
+    #[error("{}: `joints` lists what is no movable joint of the URDF", .file.display())]
+    NotMovable {
+        /// The description.
+        file: PathBuf,
+        /// Which, and the nearest movable one.
+        source: Box<ModelError>,
+    },
     /// The floating base is another link than the description says. Remedy: correct `base_link`.
     #[error("{}: base_link = \"{found}\", but the root of the URDF is `{root}`; change one of them", .file.display())]
     Base {
@@ -98,7 +106,8 @@ pub fn walking_model(robot: &Robot) -> Result<(Model, JointMap), RobotModelError
     // Locked ones are no joints of the model any more; that the URDF has them was seen when they were locked.
     let is_locked = |name: &String| options.locked_joints.iter().any(|(locked, _)| locked == name);
     for name in robot.description.joints.iter().filter(|name| !is_locked(name)) {
-        model.joint(name).map_err(|source| RobotModelError::unknown(robot, source))?;
+        let not_movable = |source| RobotModelError::NotMovable { file: description(robot), source: Box::new(source) };
+        model.joint(name).map_err(not_movable)?;
     }
     let listed = |name: &str| robot.description.joints.iter().any(|joint| joint == name);
     if let Some(joint) = model.joints().iter().find(|joint| !listed(&joint.name)) {
@@ -262,8 +271,18 @@ mod tests {
         robot.description.joints.push("L_KNEE_Y".to_owned());
         let error = walking_model(&robot).expect_err("the URDF has no such joint");
         let cause = std::error::Error::source(&error).expect("which").to_string();
-        assert!(error.to_string().ends_with("robot.toml: a name that the URDF does not know"), "{error}");
+        assert!(
+            error.to_string().ends_with("robot.toml: `joints` lists what is no movable joint of the URDF"),
+            "{error}"
+        );
         assert_eq!(cause, "there is no joint `L_KNEE_Y`; did you mean `L_KNEE_P`?");
+        let mut robot = hrp4();
+        let elbow = r#"<joint name="R_ELBOW_P" type="#;
+        robot.urdf = robot.urdf.replacen(&format!("{elbow}\"revolute\""), &format!("{elbow}\"fixed\""), 1);
+        let error = walking_model(&robot).expect_err("it is fixed now");
+        assert!(
+            matches!(&error, RobotModelError::NotMovable { source, .. } if source.to_string().contains("R_ELBOW_P"))
+        );
         let mut robot = hrp4();
         robot.description.base_link = "torso".to_owned();
         let error = walking_model(&robot).expect_err("the pelvis is the root").to_string();

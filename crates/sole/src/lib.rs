@@ -145,7 +145,7 @@
 //! half its time would make the tick 1.4 times as fast if it cost no further iteration. A tick of 0.05 ms in 5 needs none of that.
 //!
 //! References: G. De Magistris, S. Miossec, A. Escande, A. Kheddar, *Design of optimized soft soles for humanoid robots* and *Humanoid walking with
-//! compliant soles using a deformation estimator* (2016), section 4, whose equation numbers are used; P. Alart, A. Curnier (1991);
+//! compliant soles using a deformation estimator* (2017), section 4, whose equation numbers are used; P. Alart, A. Curnier (1991);
 //! C. Duriez, F. Dubois, A. Kheddar, C. Andriot (2006).
 #![allow(non_snake_case)] // monogram notation
 #![allow(clippy::needless_range_loop)] // indices are those of the formulas

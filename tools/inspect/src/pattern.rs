@@ -228,18 +228,20 @@ fn read(arguments: &Arguments) -> anyhow::Result<GaitSettings> {
             table = gait.try_into().with_context(|| format!("{name}: gait is not a table"))?;
         }
     }
-    let read = |table: &toml::Table| GaitSettings::deserialize(table.clone());
-    if arguments.set.is_empty() || read(&table).is_err() {
-        return read(&table).with_context(|| format!("{name} is no gait configuration (--example prints one)"));
-    }
+    let read = |table: toml::Table, name: &str| {
+        let wrong = || format!("{name} is no gait configuration (--example prints one)");
+        GaitSettings::deserialize(table).with_context(wrong)
+    };
+    let mut changed = table.clone();
     for assignment in &arguments.set {
-        set(&mut table, assignment)?;
+        set(&mut changed, assignment)?;
     }
-    let all = arguments.set.iter().map(|assignment| format!("--set {assignment}")).collect::<Vec<_>>().join(" ");
-    read(&table).with_context(|| format!("{name} with {all} is no gait configuration (--example prints one)"))
+    let all: String = arguments.set.iter().map(|assignment| format!(" --set {assignment}")).collect();
+    // What is wrong without them is not theirs, unless they mend it.
+    read(changed, &format!("{name} with{all}")).or_else(|error| read(table, &name).and(Err(error)))
 }
 
-/// `a.b=value`, the value in TOML's own syntax. The table [gait] of a planner's configuration may be named or left out.
+/// `a.b=value`, the value in TOML's own syntax. A key may begin with `gait.`, as in a planner's configuration.
 fn set(table: &mut toml::Table, assignment: &str) -> anyhow::Result<()> {
     let (key, value) = assignment.split_once('=').with_context(|| format!("--set {assignment}: expected KEY=VALUE"))?;
     let key = key.strip_prefix("gait.").unwrap_or(key);

@@ -232,6 +232,17 @@ fn what_cannot_be_understood_is_an_error_with_exit_code_2_that_names_it() {
     ] {
         refused(&["--set", assignment], words);
     }
+    // A file may be mended by what is set; what is wrong in it otherwise is not laid to that.
+    let file = std::env::temp_dir().join(format!("gait-{}.toml", std::process::id()));
+    std::fs::write(&file, "[gait.cost]\nlamda = 0.5\n").expect("writable");
+    let path = file.to_str().expect("plain");
+    refused(&["--config", path, "--set", "walk.swings=3"], &format!("{path} is no gait configuration"));
+    let example = String::from_utf8(inspect(&["--example"]).stdout).expect("text");
+    let (before, after) = example.split_once("lambda = ").expect("the weight is in it");
+    std::fs::write(&file, format!("{before}lambda = \"half\" # {after}")).expect("writable");
+    let mended = inspect(&["--config", path, "--set", "cost.lambda=0.5", "--set", "walk.swings=3", "--rate-hz", "20"]);
+    assert_eq!(mended.status.code(), Some(0), "{}", String::from_utf8_lossy(&mended.stderr));
+    std::fs::remove_file(&file).expect("it is ours");
     for rate in ["0", "-1", "nan", "inf", "1e7"] {
         refused(&[&format!("--rate-hz={rate}")], "give a positive rate");
     }

@@ -34,8 +34,8 @@ impl Document {
 }
 
 pub(super) fn clean(text: &str) -> Result<Document, ModelError> {
-    // Some editors begin a file with a byte-order mark; the reader would skip it and count places from behind it.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Some editors begin a file with a byte-order mark, some with another; the reader would skip one and count places from behind it.
+    let text = text.trim_start_matches('\u{feff}');
     let mut reader = Reader::from_str(text);
     let mut document = None;
     loop {

@@ -325,7 +325,7 @@ fn a_byte_order_mark_is_no_part_of_the_robot() {
     let text = robot(&pair(joint("j", "revolute", "a", "b", LIMIT)));
     let options = ModelOptions::default();
     assert_eq!(
-        Model::from_urdf(&format!("\u{feff}{text}"), &options).unwrap(),
+        Model::from_urdf(&format!("\u{feff}\u{feff}{text}"), &options).unwrap(),
         Model::from_urdf(&text, &options).unwrap()
     );
 }

@@ -158,7 +158,7 @@ where
 fn tick(metres: &f64) -> String {
     const MICROMETRES: f64 = 1e6;
     let text = format!("{:.6}", (metres * MICROMETRES).round() / MICROMETRES + 0.0);
-    let cents = text.len() - 4;
+    let cents = text.find('.').map_or(text.len(), |point| point + 3);
     let (shown, finer) = text.split_at(cents);
     shown.to_owned() + finer.trim_end_matches('0')
 }
@@ -289,6 +289,7 @@ mod tests {
             (0.005, "0.005"),
             (1000.3 - 0.1, "1000.20"),
             (-4e-7, "0.00"),
+            (f64::NAN, "NaN"),
         ] {
             assert_eq!(tick(&metres), text);
         }
