@@ -226,20 +226,29 @@ pub fn replay(recording: &Path, process: &str, more: &[&str]) -> (Option<i32>, S
 
 /// Waits for the end of a child with pipes: how it ended, and what it said on standard output and error.
 fn end(child: &mut Child, what: &str) -> (ExitStatus, [String; 2]) {
+    // Read as it comes: a full pipe would stop the child.
+    let hear = |mut pipe: Box<dyn Read + Send>| {
+        std::thread::spawn(move || {
+            let mut said = String::new();
+            pipe.read_to_string(&mut said).map(|_| said)
+        })
+    };
+    let (stdout, stderr) = (child.stdout.take().expect("piped"), child.stderr.take().expect("piped"));
+    let ears = [hear(Box::new(stdout)), hear(Box::new(stderr))];
     let start = Instant::now();
     let status = loop {
         if let Some(status) = child.try_wait().expect("it is ours") {
-            break status;
+            break Some(status);
         }
         if start.elapsed() > PATIENCE {
             let _ = child.kill();
-            panic!("{what} hangs");
+            let _ = child.wait();
+            break None;
         }
         std::thread::sleep(Duration::from_millis(5));
     };
-    let mut said = [String::new(), String::new()];
-    child.stdout.take().expect("piped").read_to_string(&mut said[0]).expect("text");
-    child.stderr.take().expect("piped").read_to_string(&mut said[1]).expect("text");
+    let said = ears.map(|ear| ear.join().expect("it only reads").expect("text"));
+    let Some(status) = status else { panic!("{what} hangs; it said\n{}\n{}", said[0], said[1]) };
     (status, said)
 }
 

@@ -13,11 +13,11 @@ use messages::{CONTROL_PERIOD_S, RobotState as StateMessage, SoleDeformation};
 use multibody::{Model, ModelError};
 use nalgebra::DVector;
 use robot::JointMap;
-use spatial::{Vec3, so3};
+use spatial::{Vec3, Wrench, so3};
 use std::collections::VecDeque;
 use std::fmt;
 use wholebody::observer::{BaseEstimate, BaseObserver, FootAnchor, Measurement, ObserverSettings};
-use wholebody::{RobotState, SoleYield, StepReport, WholeBodyReference};
+use wholebody::{FootTarget, RobotState, SoleYield};
 
 use crate::convert::{foot_anchor, loaded_sole, unit_rotation};
 use crate::integration::IntegrationSettings;
@@ -30,6 +30,9 @@ const JOINT_BEYOND_LIMIT_MAX_RAD: f64 = 0.1;
 const JOINT_RATE_FACTOR_MAX: f64 = 2.0;
 /// Fastest turn that is believed (rad/s): the usual range of gyros, 2000 degrees/s.
 const GYRO_MAX_RAD_PER_S: f64 = 35.0;
+/// Soles known of this many ticks before stand in for those of a tick whose deformation did not come: as long as the controller goes on
+/// without one.
+const SOLES_AGE_MAX_TICKS: i64 = 2;
 
 /// Why a measurement is not used for feedback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,6 +49,8 @@ pub enum Refused {
     Orientation,
     /// The gyro says more than any gyro can.
     Gyro,
+    /// No deformation of the soles is known of its time.
+    Soles,
     /// The base would be too far from the own one.
     Distance,
 }
@@ -59,6 +64,7 @@ impl fmt::Display for Refused {
             Self::Joint => "a joint is where, or as fast as, it cannot be",
             Self::Orientation => "the orientation's quaternion does not have length 1",
             Self::Gyro => "the gyro says more than any gyro can",
+            Self::Soles => "where the soles were at its time is not known",
             Self::Distance => {
                 "the base would be farther from its plan than integration.distance_max_m or distance_max_rad"
             }
@@ -125,18 +131,19 @@ impl Feedback {
         if self.anchors.back().is_some_and(|(last, _)| *last >= tick) {
             return;
         }
-        let needed_tick = tick - self.behind_ticks as i64;
+        let needed_tick = tick.saturating_sub(self.behind_ticks as i64);
         while self.anchors.get(1).is_some_and(|(next, _)| *next <= needed_tick) {
             self.anchors.pop_front();
         }
         self.anchors.push_back((tick, deformation.feet.each_ref().map(foot_anchor)));
     }
 
-    /// Where the feet were when the robot was as it is measured at this tick: at the last tick up to then, or at the first one.
+    /// Where the feet were when the robot was as it is measured at this tick: at the last tick up to then, or, when there is no past, at
+    /// the first one. `None` if that was long before.
     fn anchors_at(&self, measured_tick: i64) -> Option<[FootAnchor; 2]> {
-        let tick = measured_tick - self.behind_ticks as i64;
+        let tick = measured_tick.saturating_sub(self.behind_ticks as i64);
         let known = self.anchors.iter().rev().find(|(at, _)| *at <= tick).or(self.anchors.front());
-        known.map(|(_, feet)| *feet)
+        known.filter(|(at, _)| tick.saturating_sub(*at) <= SOLES_AGE_MAX_TICKS).map(|(_, feet)| *feet)
     }
 
     /// The measured state, carried forward to the present tick. `own` is the state it should be near.
@@ -169,7 +176,7 @@ impl Feedback {
         if gyro.norm() > GYRO_MAX_RAD_PER_S {
             return Err(Refused::Gyro);
         }
-        let feet = self.anchors_at(tick).ok_or(Refused::Stale)?;
+        let feet = self.anchors_at(tick).ok_or(Refused::Soles)?;
         let (positions, rates) = (&self.measured.q.joints, &self.joint_rates);
         let measurement = Measurement { joints: positions, joint_rates: rates, imu_rotation, gyro, feet };
         if ticks > 1 {
@@ -190,12 +197,12 @@ impl Feedback {
         Ok(&self.measured)
     }
 
-    /// Moves the standing ankles of `wanted` as their soles give way under the wrenches of the last step.
-    pub fn move_ankles(&mut self, deformation: &SoleDeformation, last: &StepReport, wanted: &mut WholeBodyReference) {
-        for (i, foot) in wanted.feet.iter_mut().enumerate() {
+    /// Moves the ankles as their soles give way under the wrenches that the last step computed, about the ankles; in the air they come
+    /// back from it.
+    pub fn move_ankles(&mut self, deformation: &SoleDeformation, computed: [Wrench; 2], feet: &mut [FootTarget; 2]) {
+        for (i, foot) in feet.iter_mut().enumerate() {
             let sole = foot.in_contact.then(|| loaded_sole(&deformation.feet[i]));
-            let computed = &last.feet[i].wrench;
-            foot.ankle_pose = self.soles[i].update(sole.as_ref(), computed, &foot.ankle_pose, CONTROL_PERIOD_S);
+            foot.ankle_pose = self.soles[i].update(sole.as_ref(), &computed[i], &foot.ankle_pose, CONTROL_PERIOD_S);
         }
     }
 }
@@ -206,6 +213,7 @@ mod tests {
     use messages::Header;
     use robot::Robot;
     use robot_model::walking_model;
+    use spatial::Transform;
     use std::path::Path;
 
     const ANKLE_SPEED_M_PER_S: f64 = 0.2;
@@ -317,6 +325,56 @@ mod tests {
             let capacity = bench.feedback.behind_ticks + 2;
             assert!(bench.feedback.anchors.len() <= capacity && bench.feedback.anchors.capacity() == capacity);
         }
+    }
+
+    #[test]
+    fn soles_of_long_before_anchor_nothing() {
+        let mut bench = bench(IntegrationSettings { distance_max_m: 1.0, ..Default::default() });
+        let own = bench.base();
+        let mut see = |soles_tick: i64, tick: i64| {
+            bench.feedback.remember(&soles(soles_tick));
+            bench.message.header.tick = tick;
+            bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own).err()
+        };
+        for tick in 1..10 {
+            assert_eq!(see(tick, tick), None, "tick {tick}");
+        }
+        // Those of tick 9 stand in for two more, beside the one by which the robot is behind.
+        for (tick, refused) in [(10, None), (12, None), (13, Some(Refused::Soles))] {
+            assert_eq!(see(9, tick), refused, "tick {tick}");
+        }
+        // After a gap the newest are too new for what is measured now, the last ones too old.
+        assert_eq!([see(100, 100), see(101, 101)], [Some(Refused::Soles), None]);
+        assert_eq!(see(i64::MAX, 102), None);
+    }
+
+    #[test]
+    fn an_ankle_follows_its_sole_and_comes_back_in_the_air_and_another_walk_begins_without() {
+        let settings = IntegrationSettings::default();
+        let mut feedback = bench(settings).feedback;
+        let mut loaded = soles(0);
+        for foot in &mut loaded.feet {
+            foot.wrench[2] = 200.0;
+            foot.compliance[14] = -2e-6; // m/N, vertical
+        }
+        let ankle = Transform::from_translation(Vec3::new(0.0, 0.1, 0.1));
+        let height = |feedback: &mut Feedback, in_contact: bool, force_n: f64| {
+            let force = Vec3::new(0.0, 0.0, force_n);
+            let mut feet = [FootTarget { in_contact, ..FootTarget::hanging(ankle) }; 2];
+            feedback.move_ankles(&loaded, [Wrench { force, moment: Vec3::zeros() }; 2], &mut feet);
+            feet[1].ankle_pose.translation.z - ankle.translation.z
+        };
+        assert_eq!(height(&mut feedback, true, 200.0), 0.0, "as planned");
+        let stay = (-CONTROL_PERIOD_S / settings.sole_yield_time_s).exp();
+        let sunk = -2e-6 * 100.0 * settings.sole_yield * (1.0 - stay);
+        for (in_contact, force_n, expected) in
+            [(true, 300.0, sunk), (false, 0.0, stay * sunk), (false, 0.0, stay * stay * sunk)]
+        {
+            let found = height(&mut feedback, in_contact, force_n);
+            assert!((found - expected).abs() < 1e-15, "{found:e} {expected:e}");
+        }
+        feedback.restart();
+        assert_eq!(height(&mut feedback, false, 0.0), 0.0);
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub struct IntegrationSettings {
     pub velocity_time_s: f64,
     /// Part of a sole's own answer to the wrench that the step asks for, by which the ankle moves: [`wholebody::SoleYield`]. 0 = none.
     pub sole_yield: f64,
-    /// Time constant of that (s).
+    /// Time constant of that (s), and of how it is lost in the air.
     pub sole_yield_time_s: f64,
     /// A base observed farther from the own one is not believed (m).
     pub distance_max_m: f64,

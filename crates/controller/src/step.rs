@@ -279,7 +279,7 @@ impl ControllerProcess {
             let start = self.start_state(walk, &deformation)?;
             self.state = Some(StateIntegrator::new(self.integration.integration(), start));
         }
-        let age_ticks = (tick - deformation.header.tick).max(0);
+        let age_ticks = tick.saturating_sub(deformation.header.tick).max(0);
         let fresh_enough = age_ticks <= DEFORMATION_AGE_MAX_TICKS;
         self.summary.deformation_missing += u64::from(age_ticks > 0);
         let state_usable = measured.all_finite();
@@ -336,7 +336,8 @@ impl ControllerProcess {
         } else {
             let mut wanted = reference(&walk.evaluate(now_s), &deformation);
             if let Some(feedback) = &mut self.feedback {
-                feedback.move_ankles(&deformation, self.whole_body.report(), &mut wanted);
+                let last = self.whole_body.report().feet.each_ref().map(|foot| foot.wrench);
+                feedback.move_ankles(&deformation, last, &mut wanted.feet);
             }
             self.whole_body.step(own.state(), &wanted, CONTROL_PERIOD_S);
             let report = self.whole_body.report();

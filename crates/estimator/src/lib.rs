@@ -10,8 +10,8 @@
 //!   at rest.
 //!
 //! The result depends on **pattern and tick alone**, not on how the process got there: before time zero and after the end the
-//! pattern is held and the sole's history does not advance; after a restart or a gap the present stance is computed again
-//! from its touch-down, tick by tick, and agrees to the bit with what an uninterrupted process says.
+//! pattern is held and the sole's history does not advance; ticks that were left out are caught up with, after a restart the present
+//! stance is computed again from its touch-down, tick by tick, and both agree to the bit with what an uninterrupted process says.
 //!
 //! When the solver does not answer (the reference asks for what the sole cannot carry), the last good pose is kept, at rest,
 //! and its age counted: see [`FootEstimate::age_ticks`].

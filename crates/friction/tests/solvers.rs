@@ -289,6 +289,12 @@ fn states_after_a_failed_solve_are_those_of_the_forces_that_are_given() {
         for (a, state) in workspace.states().iter().enumerate() {
             let force: Vector3<f64> = report.force.fixed_rows::<3>(3 * a).into();
             assert_eq!(*state == LocalState::Open, force == Vector3::zeros(), "seed {seed}, contact {a}");
+            let room = problem.mu()[a] * force.z - force.xy().norm();
+            match state {
+                LocalState::Open => {}
+                LocalState::Stick => assert!(room > 0.0, "seed {seed}, contact {a}: {room}"),
+                LocalState::Slide => assert!(room.abs() < 1e-12 * force.norm(), "seed {seed}, contact {a}: {room}"),
+            }
         }
     }
 }

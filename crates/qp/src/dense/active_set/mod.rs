@@ -228,8 +228,10 @@ impl ActiveSet {
                         continue;
                     }
                     Taken::OutOfIterations => {
-                        // A step on the way to the row may have been left half-way.
+                        // A step on the way to the row may have been left half-way; what leaves for that is no step.
+                        let iterations = self.iterations;
                         self.settle(problem);
+                        self.iterations = iterations;
                         self.place_x();
                         self.judge(problem);
                         return Status::IterationLimit;
