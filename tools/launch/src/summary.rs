@@ -222,7 +222,9 @@ impl Summary {
             let _ = writeln!(table, "{name:<22} {value}");
         };
         let Some((truth, _)) = self.last else { return "no tick was simulated\n".to_string() };
-        let (distance_m, turned_deg) = (self.distance_m(), self.turned_rad.to_degrees());
+        // In the tenths that are shown, and without the sign of a zero.
+        let turned_deg = (10.0 * self.turned_rad.to_degrees()).round() / 10.0 + 0.0;
+        let distance_m = self.distance_m();
         row("distance", format!("{distance_m:.3} m as the crow flies, turned by {turned_deg:.1} degrees"));
         row("walked", format!("{:.2} of {:.2} s", truth.walk_time_s.clamp(0.0, self.duration_s), self.duration_s));
         match self.fallen() {
