@@ -30,7 +30,9 @@
 
 mod contradiction;
 mod refinement;
+mod returning;
 mod rows;
+mod violation;
 mod warm_start;
 
 use super::basis::Basis;
@@ -39,7 +41,9 @@ use super::kernels::{axpy, combine, dot};
 use super::order::Order;
 use super::{Active, Outcome, Problem, Side, Size, Solver};
 use crate::{Conflict, Row, Status};
+use returning::HISTORY;
 use rows::{label, lengths_of_rows, name};
+use violation::{Tolerance, Violated};
 
 /// Limits of [`ActiveSet`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,11 +70,6 @@ const REVIVALS_MAX: usize = 8;
 const REFINEMENTS_MAX: usize = 3;
 /// Largest relative violation of a solution that is called inaccurate and not a failure.
 const INACCURATE: f64 = 1e-6;
-/// Active sets remembered to notice one that returns.
-const HISTORY: usize = 64;
-/// The tolerance is raised at most this far when sets return.
-const LOOSENING_MAX: f64 = 1e6;
-
 /// A row that is held, in the order of the columns of the basis.
 #[derive(Debug, Clone, Copy)]
 struct Held {
@@ -117,26 +116,6 @@ pub struct ActiveSet {
     loosening: f64,
     iterations: usize,
     outcome: Outcome,
-}
-
-/// Which violations count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Tolerance {
-    /// Those beyond the settings' tolerance.
-    Strict,
-    /// Less, after sets of rows have returned or rows have proved to follow from others.
-    Loosened,
-}
-
-/// A row found violated.
-#[derive(Debug, Clone, Copy)]
-struct Violated {
-    row: usize,
-    sign: f64,
-    /// Violation relative to the length of the row's gradient.
-    relative: f64,
-    /// Violation that is accepted.
-    tolerance: f64,
 }
 
 /// How taking up a row ended.
@@ -344,42 +323,6 @@ impl ActiveSet {
         combine(problem.C.as_slice(), m, 0, &self.x, inequalities);
     }
 
-    /// All rows that are violated, the largest violation last.
-    fn find_violated(&mut self, problem: &Problem, tolerance: Tolerance) {
-        let Size { equalities: e, inequalities: m, .. } = self.size;
-        let rounding = ROUNDOFFS * f64::EPSILON * dot(&self.x, &self.x).sqrt();
-        let is_loose = tolerance == Tolerance::Loosened;
-        let loosening = if is_loose { self.loosening } else { 1.0 };
-        let (is_held, is_tolerated, settings, pending) =
-            (&self.is_held, &self.is_tolerated, &self.settings, &mut self.pending);
-        pending.clear();
-        let mut look = |row: usize, value: f64, lower: f64, upper: f64, norm: f64| {
-            let (below, above) = (lower - value, value - upper);
-            let violation = below.max(above);
-            if violation <= 0.0 || is_held[row] || (is_loose && is_tolerated[row]) {
-                return;
-            }
-            let tolerance = loosening * (settings.feasibility_tolerance + rounding * norm);
-            if violation > tolerance {
-                let relative = if norm > 0.0 { violation / norm } else { violation };
-                pending.push(Violated { row, sign: if below > above { 1.0 } else { -1.0 }, relative, tolerance });
-            }
-        };
-        for &row in &self.postponed {
-            let target = problem.b[row];
-            look(row, self.values[row], target, target, self.norms[row]);
-        }
-        let (lower, upper) = (problem.l.as_slice(), problem.u.as_slice());
-        for i in 0..m {
-            look(e + i, self.values[e + i], lower[i], upper[i], self.norms[e + i]);
-        }
-        let (lower, upper) = (problem.lb.as_slice(), problem.ub.as_slice());
-        for (i, x) in self.x.iter().enumerate() {
-            look(e + m + i, *x, lower[i], upper[i], 1.0);
-        }
-        pending.sort_unstable_by(|a, b| a.relative.total_cmp(&b.relative).then(b.row.cmp(&a.row)));
-    }
-
     /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way. A row that was
     /// just found is taken up even if it is met here, where the point is measured otherwise and rounding may hide what was found:
     /// else it would be found for ever.
@@ -460,17 +403,6 @@ impl ActiveSet {
         (step, leaving)
     }
 
-    /// Loosens the tolerance when an active set returns.
-    fn notice_return(&mut self) {
-        let mark = self.held.iter().fold(1, |sum, k| sum ^ scrambled(2 * k.row as u64 + u64::from(k.sign > 0.0)));
-        if self.history.contains(&mark) {
-            self.loosening = (10.0 * self.loosening).min(LOOSENING_MAX);
-            self.history.fill(0);
-        }
-        self.history.copy_within(..HISTORY - 1, 1);
-        self.history[0] = mark;
-    }
-
     /// Keeps what was held as the guess for the next solve, and names it in the report.
     fn remember(&mut self) {
         self.guess.clear();
@@ -530,14 +462,6 @@ impl Solver for ActiveSet {
     fn forget(&mut self) {
         self.guess.clear();
     }
-}
-
-/// One step of SplitMix64 (Steele, Lea, Flood 2014): a hash whose exclusive-or over a set marks the set.
-fn scrambled(value: u64) -> u64 {
-    let mut z = value.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]
@@ -615,20 +539,6 @@ mod tests {
     }
 
     #[test]
-    fn a_raised_tolerance_counts_on_the_way_and_not_in_the_end() {
-        let mut problem = Problem::new(Size { variables: 1, equalities: 0, inequalities: 0 });
-        problem.lb[0] = 1.0;
-        let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
-        solver.solve(&problem);
-        solver.is_held.fill(false);
-        (solver.x[0], solver.loosening) = (1.0 - 1e-8, LOOSENING_MAX);
-        for (tolerance, found) in [(Tolerance::Loosened, 0), (Tolerance::Strict, 1)] {
-            solver.find_violated(&problem, tolerance);
-            assert_eq!(solver.pending.len(), found, "{tolerance:?}");
-        }
-    }
-
-    #[test]
     fn the_point_at_which_iterations_run_out_belongs_to_its_multipliers() {
         // All bounds are violated at the start, and each may be taken up but the last.
         let n = 5;
@@ -640,29 +550,5 @@ mod tests {
         assert_eq!(outcome.active.len(), n - 1);
         assert_eq!(outcome.report.residuals.stationarity, 0.0);
         assert_eq!(outcome.violation, 1.0);
-    }
-
-    #[test]
-    fn a_set_that_returns_raises_the_tolerance_until_the_next_program() {
-        let problem = Problem::new(Size { variables: 3, equalities: 0, inequalities: 2 });
-        let mut solver = ActiveSet::new(problem.size(), ActiveSetSettings::default());
-        let (lower, upper, other) =
-            (Held { row: 1, sign: 1.0 }, Held { row: 1, sign: -1.0 }, Held { row: 4, sign: 1.0 });
-        let mut raised = |held: &[Held]| {
-            solver.held = held.to_vec();
-            solver.notice_return();
-            solver.loosening
-        };
-        assert_eq!(raised(&[lower]), 1.0);
-        assert_eq!(raised(&[upper]), 1.0, "the other side is another set");
-        assert_eq!(raised(&[upper, other]), 1.0);
-        assert_eq!(raised(&[other, upper]), 10.0, "in another order it is the same set");
-        assert_eq!(raised(&[lower]), 1.0 * 10.0, "what was before the tolerance was raised does not count");
-        for _ in 0..20 {
-            raised(&[lower]);
-        }
-        assert_eq!(raised(&[lower]), LOOSENING_MAX);
-        solver.solve(&problem);
-        assert_eq!(solver.loosening, 1.0);
     }
 }
