@@ -1,7 +1,9 @@
 //! Walks a scenario in one thread and prints how it goes: `cargo run --release -p closed_loop --example walk -- SCENARIO [KEY=VALUE]...`
+//!
+//! The last line is one hash over every number of all commands and truths: it stays as it is as long as code is only moved.
 #![allow(clippy::print_stdout)]
 
-use closed_loop::ClosedLoop;
+use closed_loop::{ClosedLoop, NumberHash};
 use scenario::{Scenario, Setting};
 use std::path::PathBuf;
 
@@ -15,8 +17,11 @@ fn main() -> anyhow::Result<()> {
     println!("built in {:.2} s", built.elapsed().as_secs_f64());
     let started = std::time::Instant::now();
     let mut ticks = 0;
+    let mut hash = NumberHash::default();
     while let Some(tick) = walk.step()? {
         ticks += 1;
+        hash.take(&tick.command);
+        hash.take(&tick.truth);
         if let Some(start) = &tick.start {
             println!("settled at tick {}, time zero at tick {}", tick.state.header.tick, start.tick_zero);
         }
@@ -56,5 +61,6 @@ fn main() -> anyhow::Result<()> {
         f.base_tilt_rad.max.to_degrees(),
         f.unconverged
     );
+    println!("numbers of commands and truth: {hash}");
     Ok(())
 }

@@ -9,6 +9,10 @@
 //! state k  -> deformation k  -> command k;  the plant moves from t_k to t_(k+1) under command k - 1
 //! ```
 
+mod hash;
+
+pub use hash::NumberHash;
+
 use anyhow::Context;
 use controller::{ControllerProcess, ControllerSettings};
 use estimator::{EstimatorOutput, EstimatorProcess, EstimatorSettings};

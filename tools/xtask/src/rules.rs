@@ -6,11 +6,12 @@
 use crate::metadata::Metadata;
 
 /// Each package of the workspace and those it may use directly.
-const MAY_USE: [(&str, &[&str]); 30] = [
+const MAY_USE: [(&str, &[&str]); 31] = [
     // Vocabulary and numerics.
     ("spatial", &[]),
     ("qp", &[]),
     ("friction", &[]),
+    ("ranges", &[]),
     // Models.
     ("multibody", &["spatial"]),
     ("sole_mesh", &["spatial"]),
