@@ -1,15 +1,20 @@
 //! A domain: everything of one system on one host, apart from all others.
 
-use crate::error::{DomainNameError, JoinError, PortError};
-use crate::life::{Life, Seen, look};
+use crate::error::{DomainNameError, JoinError, PathTooLong, PortError};
+use crate::folder::Folder;
+use crate::life::{Begun, Life, Seen, look};
+use crate::memory;
+use crate::owner::{MEMBERS, READY};
 use crate::pattern::{PatternPublisher, PatternSubscriber};
 use crate::publisher::Publisher;
+use crate::runtime::{self, memory_prefix, runtime_folder};
 use crate::subscriber::{Robot, Subscriber};
 use iceoryx2::prelude::*;
 use messages::code::Process;
 use messages::{Message, Topic};
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path as FilePath, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Name of a domain: lower-case letters, digits and `-`.
@@ -36,92 +41,93 @@ impl std::fmt::Display for DomainName {
 }
 
 impl DomainName {
-    /// Folder of all domains of this user.
-    pub(crate) fn user_folder() -> PathBuf {
-        PathBuf::from(format!("/tmp/soleus-{}", user_id()))
-    }
-
-    /// Folder of this domain's iceoryx2 files.
-    pub(crate) fn root(&self) -> PathBuf {
-        Self::user_folder().join(&self.0)
-    }
-
-    /// The file whose lock is the possession of the domain.
-    pub(crate) fn lock_path(&self) -> PathBuf {
-        Self::user_folder().join(format!("{}.lock", self.0))
-    }
-
-    /// The file that says the domain is complete, and whose possession it is.
-    pub(crate) fn ready_path(&self) -> PathBuf {
-        self.root().join("ready")
-    }
-
-    /// The folder in which each process of the domain has a file that says whether it lives.
-    pub(crate) fn members_path(&self) -> PathBuf {
-        self.root().join("members")
-    }
-
     /// How the name of each piece of the domain's shared memory begins. No name may contain `_`, so no prefix is the beginning
     /// of another.
     pub fn prefix(&self) -> String {
-        format!("soleus_{}_{}_", user_id(), self.0)
-    }
-
-    /// The files of those who were a process here and did not end in order.
-    fn dead_members(&self, process: Process) -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(self.members_path()).into_iter().flatten().flatten();
-        let is_such = |name: &str| name.split('-').next() == Some(process.word()) && !name.ends_with(".draft");
-        let files = entries.filter(|entry| is_such(&entry.file_name().to_string_lossy())).map(|entry| entry.path());
-        files.filter(|path| look(path) == Seen::Dead).collect()
+        format!("{}{}_", memory_prefix(), self.0)
     }
 
     /// Every domain of this user of which there is anything on this host.
-    pub(crate) fn all_of_user() -> Vec<Self> {
-        let names_in = |folder: &FilePath| -> Vec<String> {
-            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-            entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
-        };
-        let user = format!("soleus_{}_", user_id());
-        let in_memory = names_in(FilePath::new("/dev/shm"));
-        let in_memory =
-            in_memory.iter().filter_map(|name| name.strip_prefix(&user)?.split('_').next().map(str::to_string));
-        let in_folder = names_in(&Self::user_folder());
-        let in_folder = in_folder.iter().map(|name| name.strip_suffix(".lock").unwrap_or(name).to_string());
-        let names: std::collections::BTreeSet<String> = in_memory.chain(in_folder).collect();
+    pub(crate) fn all_of_user(runtime: &Folder) -> Vec<Self> {
+        let user = memory_prefix();
+        let in_memory = memory::names_of_ours(&user);
+        let in_memory = in_memory.iter().filter_map(|name| name.to_str()?.strip_prefix(&user)?.split('_').next());
+        let in_folder = runtime.entries().unwrap_or_default();
+        let in_folder = in_folder.iter().filter_map(|name| name.to_str());
+        let in_folder = in_folder.map(|name| name.strip_suffix(".lock").unwrap_or(name));
+        let names: BTreeSet<&str> = in_memory.chain(in_folder).collect();
         names.iter().filter_map(|name| name.parse().ok()).collect()
     }
 
     /// Everything of this domain that is on this host now: files in its folder and in shared memory.
     pub fn leftovers(&self) -> Vec<PathBuf> {
-        let prefix = self.prefix();
-        let in_folder = |folder: &FilePath| -> Vec<PathBuf> {
-            std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
-        };
-        let mut found = in_folder(&self.root());
-        found.extend(
-            in_folder(FilePath::new("/dev/shm"))
-                .into_iter()
-                .filter(|path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix))),
-        );
+        let folder = runtime::open().ok().flatten().and_then(|runtime| runtime.folder(&self.folder_name()).ok());
+        let entries = folder.as_ref().and_then(|folder| folder.entries().ok()).unwrap_or_default();
+        let mut found: Vec<PathBuf> =
+            folder.iter().flat_map(|folder| entries.iter().map(|entry| folder.path().join(entry))).collect();
+        let in_memory = memory::names(&self.prefix());
+        found.extend(in_memory.into_iter().map(|name| FilePath::new(memory::FOLDER).join(name)));
         found
     }
 
-    /// iceoryx2's configuration for this domain; `None` if the path is too long.
-    pub(crate) fn config(&self) -> Option<Config> {
+    /// Path of the domain's folder, where iceoryx2 has its files.
+    pub(crate) fn root(&self) -> PathBuf {
+        runtime_folder().join(&self.0)
+    }
+
+    /// iceoryx2's configuration for this domain.
+    pub(crate) fn config(&self) -> Result<Config, PathTooLong> {
         // Nothing here may come from a file that happens to lie about: every value is iceoryx2's built-in default or ours.
         let mut config = Config::default();
-        config.global.prefix = FileName::new(self.prefix().as_bytes()).ok()?;
-        config.global.set_root_path(&Path::new(self.root().to_str()?.as_bytes()).ok()?);
-        Some(config)
+        let (root, prefix) = (self.root(), self.prefix());
+        let root_bytes = root.as_os_str().as_encoded_bytes();
+        let suffix = config.global.service.event_connection_suffix.len();
+        let length = root_bytes.len() + 1 + prefix.len() + ID_DIGITS_MAX + suffix;
+        let too_long = || PathTooLong { domain: self.0.clone(), folder: root.clone(), length, limit: SOCKET_PATH_MAX };
+        if length > SOCKET_PATH_MAX {
+            return Err(too_long());
+        }
+        config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| too_long())?;
+        config.global.set_root_path(&Path::new(root_bytes).map_err(|_| too_long())?);
+        Ok(config)
     }
 }
 
-/// The user's number, of which every user has a domain namespace of its own.
-fn user_id() -> u32 {
-    use std::os::unix::fs::MetadataExt;
-    // A process is always allowed to see itself; a system without /proc has no iceoryx2 either.
-    std::fs::metadata("/proc/self").map_or(0, |metadata| metadata.uid())
+impl DomainName {
+    /// The line that the living owner wrote, if there is one.
+    pub(crate) fn owner(&self) -> Option<String> {
+        let folder = runtime::open().ok()??.folder(&self.folder_name()).ok()?;
+        match look(&folder, READY) {
+            Seen::Alive(line) => Some(line),
+            _ => None,
+        }
+    }
+
+    /// The living processes of this domain with their process ids, as they wrote them down; the owner has none of the names.
+    pub fn living(&self) -> Vec<(Option<Process>, String)> {
+        let owner = self.owner().map(|line| (None, id_in(&line)));
+        let folder = runtime::open().ok().flatten().and_then(|runtime| runtime.folder(&self.folder_name()).ok());
+        let members = folder.and_then(|folder| folder.folder(OsStr::new(MEMBERS)).ok());
+        let lives = |process: &Process| match look(members.as_ref()?, process.word()) {
+            Seen::Alive(line) => Some((Some(*process), id_in(&line))),
+            _ => None,
+        };
+        owner.into_iter().chain(Process::ALL.iter().filter_map(lives)).collect()
+    }
 }
+
+/// The process id at the beginning of a line; `?` if there is none.
+fn id_in(line: &str) -> String {
+    let id = line.split_whitespace().next().filter(|id| id.parse::<u32>().is_ok());
+    id.unwrap_or("?").to_string()
+}
+
+/// The longest path a socket may have (bytes): 108 in `sockaddr_un`, one of them the end. iceoryx2 copies longer ones beyond it.
+const SOCKET_PATH_MAX: usize = 107;
+/// Decimal digits of the number in a socket's name. Its highest 32 of 128 bits count what the process has made, never 65536 things.
+const ID_DIGITS_MAX: usize = 34;
+/// How long one waits for another of its kind: one that is just being stopped needs a moment.
+const OTHER_ENDS: Duration = Duration::from_secs(1);
 
 /// A process's membership in a domain.
 pub struct Domain {
@@ -129,28 +135,48 @@ pub struct Domain {
     /// What the owner wrote when the domain was complete: another text is another owner.
     owner: String,
     pub(crate) node: Node<ipc::Service>,
-    /// Files of those who were dead before we came: their end is nothing to us.
-    dead_before: Vec<PathBuf>,
-    // After the node: who is seen to have left has left everything.
-    life: Life,
+    /// The folder as it was when we came: an heir makes another one.
+    folder: Folder,
+    members: Folder,
+    /// What those wrote who were dead before we came: their end is nothing to us.
+    dead_before: Vec<(Process, String)>,
+    // After the node: who is seen to have left has left everything. Who only observes has none.
+    life: Option<Life>,
 }
 
 impl Domain {
-    /// Joins a domain as a process, waiting for its owner for a while.
+    /// Joins a domain as a process, the only one of its kind, waiting for its owner for a while.
     ///
     /// # Errors
-    /// [`JoinError::NoOwner`] after `patience`; others if shared memory does not work.
+    /// [`JoinError::NoOwner`] after `patience`; [`JoinError::Occupied`] while another one of its kind lives; others if files or shared
+    /// memory do not work.
     pub fn join(name: &DomainName, process: Process, patience: Duration) -> Result<Self, JoinError> {
+        Self::enter(name, Some(process), patience)
+    }
+
+    /// Joins a domain to look on: takes nobody's place and publishes nothing that a process of the domain publishes.
+    ///
+    /// # Errors
+    /// As [`Domain::join`].
+    pub fn observe(name: &DomainName, patience: Duration) -> Result<Self, JoinError> {
+        Self::enter(name, None, patience)
+    }
+
+    fn enter(name: &DomainName, process: Option<Process>, patience: Duration) -> Result<Self, JoinError> {
         set_log_level(LogLevel::Error);
-        let config = name.config().ok_or_else(|| JoinError::PathTooLong { path: name.root() })?;
+        let config = name.config()?;
         let until = Instant::now() + patience;
         loop {
-            if let Seen::Alive(owner) = look(&name.ready_path()) {
-                let joined = Self::join_owned_by(owner.clone(), name, process, &config);
+            let runtime = runtime::open()?;
+            let folder = runtime.and_then(|runtime| runtime.folder(&name.folder_name()).ok());
+            if let Some(folder) = folder
+                && let Seen::Alive(owner) = look(&folder, READY)
+            {
+                let entered = Self::enter_owned_by(owner.clone(), name, folder, process, &config);
                 // Whoever owned it may have ended meanwhile, and with it gone whatever we made or looked for.
-                match joined {
+                match entered {
                     Ok(domain) if domain.owner_is_alive() => return Ok(domain),
-                    Err(error) if look(&name.ready_path()) == Seen::Alive(owner) => return Err(error),
+                    Err(error) if name.owner() == Some(owner) => return Err(error),
                     _ => {}
                 }
             }
@@ -161,27 +187,44 @@ impl Domain {
         }
     }
 
-    fn join_owned_by(owner: String, name: &DomainName, process: Process, config: &Config) -> Result<Self, JoinError> {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        // This one takes the place of those that died.
-        for path in name.dead_members(process) {
-            let _ = std::fs::remove_file(path);
-        }
-        let dead_before = Process::ALL.iter().flat_map(|other| name.dead_members(*other)).collect();
+    fn enter_owned_by(
+        owner: String,
+        name: &DomainName,
+        folder: Folder,
+        process: Option<Process>,
+        config: &Config,
+    ) -> Result<Self, JoinError> {
+        memory::check(&name.prefix())?;
+        let path = folder.path().join(MEMBERS);
+        let failed = |source| JoinError::File { path: path.clone(), source };
+        let members = || folder.folder(OsStr::new(MEMBERS)).map_err(failed);
         // Numbers of processes return, and are not one's own in containers that share a folder; the time does not.
         let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
-        let member = format!("{}-{}-{number}-{since}", process.word(), std::process::id());
-        let path = name.members_path().join(member);
-        let life = Life::begin(path.clone(), "").map_err(|source| JoinError::File { path, source })?;
-        let node_name = NodeName::new(process.word()).expect("a process's word is a short name");
+        let line = format!("{} {since}", std::process::id());
+        let life = match process {
+            None => None,
+            Some(process) => match Life::begin(members()?, process.word(), &line, OTHER_ENDS).map_err(failed)? {
+                // This one takes the place of one that died.
+                Begun::Ours(life) => Some(life),
+                Begun::Taken(line) => {
+                    return Err(JoinError::Occupied { domain: name.to_string(), process, id: id_in(&line) });
+                }
+            },
+        };
+        let members = members()?;
+        let dead = |other: &Process| match look(&members, other.word()) {
+            Seen::Dead(line) => Some((*other, line)),
+            _ => None,
+        };
+        let dead_before = Process::ALL.iter().filter_map(dead).collect();
+        let node_name = process.map_or("observer", Process::word);
         let node = NodeBuilder::new()
-            .name(&node_name)
+            .name(&NodeName::new(node_name).expect("a process's word is a short name"))
             .config(config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|source| JoinError::Node { domain: name.to_string(), source })?;
-        Ok(Self { name: name.clone(), owner, node, dead_before, life })
+        Ok(Self { name: name.clone(), owner, node, folder, members, dead_before, life })
     }
 
     /// Its name.
@@ -191,20 +234,22 @@ impl Domain {
 
     /// Whether the owner that was there when we joined still is. A few system calls: not for every tick.
     pub fn owner_is_alive(&self) -> bool {
-        matches!(look(&self.name.ready_path()), Seen::Alive(owner) if owner == self.owner)
+        matches!(look(&self.folder, READY), Seen::Alive(owner) if owner == self.owner)
     }
 
     /// The processes of this domain that were killed, broke down or ended badly since we came, until another one takes their place.
     /// Reads files: not for every tick.
     pub fn dead_processes(&self) -> Vec<Process> {
-        let is_dead =
-            |process: &Process| self.name.dead_members(*process).iter().any(|path| !self.dead_before.contains(path));
+        let is_dead = |process: &Process| match look(&self.members, process.word()) {
+            Seen::Dead(line) => !self.dead_before.contains(&(*process, line)),
+            _ => false,
+        };
         Process::ALL.iter().copied().filter(is_dead).collect()
     }
 
     /// From now on the end of this process is one that the others must hear of as if it had been killed.
     pub fn ends_badly(&self) {
-        self.life.ends_badly();
+        self.life.iter().for_each(Life::ends_badly);
     }
 
     /// A publisher of a topic.

@@ -2,12 +2,16 @@
 
 use crate::domain::DomainName;
 use crate::error::OwnerError;
-use crate::life::{Life, Seen, look};
+use crate::folder::Folder;
+use crate::life::{Begun, Life, Seen, look};
+use crate::runtime;
 use crate::service::{self, Services};
+use crate::{memory, space};
 use iceoryx2::prelude::*;
-use std::fs::File;
+use rustix::fs::OFlags;
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
 use std::time::{Duration, Instant, SystemTime};
 
 /// How long one who claims a domain waits for its owner to end: one that is just being stopped needs a moment.
@@ -17,8 +21,10 @@ const OWNER_ENDS: Duration = Duration::from_secs(1);
 const OTHERS_FINISH: Duration = Duration::from_secs(30);
 /// How often one that waits looks again.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
-/// How often a folder is emptied in which somebody else is still making files.
-const EMPTYINGS_MAX: u32 = 100;
+/// The file that says, in the folder of a domain, that the domain is complete and whose possession it is.
+pub(crate) const READY: &str = "ready";
+/// The folder in which each process of the domain has a file that says whether it lives.
+pub(crate) const MEMBERS: &str = "members";
 
 /// Possession of a domain: all services exist as long as it does. Dropping it removes everything.
 pub struct Owner {
@@ -34,6 +40,8 @@ pub struct Owner {
 /// The lock and the files. What the dead left is wiped when it is taken, what we made when it is given back.
 struct Possession {
     name: DomainName,
+    /// The runtime folder.
+    runtime: Folder,
     lock: File,
 }
 
@@ -44,23 +52,33 @@ impl Owner {
     /// [`OwnerError::InUse`] if it has an owner; others if files or shared memory cannot be made.
     pub fn claim(name: &DomainName) -> Result<Self, OwnerError> {
         set_log_level(LogLevel::Error);
-        remove_all_abandoned();
-        let config = name.config().ok_or_else(|| OwnerError::PathTooLong { path: name.root() })?;
+        let config = name.config()?;
+        let runtime = runtime::open_or_make()?;
+        remove_all_abandoned(&runtime);
         let possession = Possession::take(name)?;
         possession.wipe()?;
-        let members = name.members_path();
-        std::fs::create_dir_all(&members).map_err(|source| OwnerError::File { path: members, source })?;
-        let node = NodeBuilder::new()
-            .name(&NodeName::new("owner").expect("a short name"))
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .map_err(|source| OwnerError::Node { domain: name.to_string(), source })?;
+        space::check()?;
+        let failed = |source| OwnerError::File { path: possession.runtime.path().join(name.folder_name()), source };
+        let folder = possession.runtime.make_folder(&name.folder_name()).map_err(failed)?;
+        folder.make_folder(OsStr::new(MEMBERS)).map_err(failed)?;
+        let node = || {
+            NodeBuilder::new()
+                .name(&NodeName::new("owner").expect("a short name"))
+                .config(&config)
+                .signal_handling_mode(SignalHandlingMode::Disabled)
+                .create::<ipc::Service>()
+                .map_err(|source| OwnerError::Node { domain: name.to_string(), source })
+        };
+        // The first node makes what all of them share; it goes again before anybody uses what is then made private.
+        drop(node()?);
+        memory::make_private(&name.prefix())?;
+        let node = node()?;
         let services = service::create_all(&node)?;
         let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
-        let ready = name.ready_path();
-        let life = Life::begin(ready.clone(), &format!("{} {since}\n", std::process::id()))
-            .map_err(|source| OwnerError::File { path: ready, source })?;
+        let line = format!("{} {since}", std::process::id());
+        let Begun::Ours(life) = Life::begin(folder, READY, &line, OTHERS_FINISH).map_err(failed)? else {
+            return Err(possession.in_use());
+        };
         Ok(Self { name: name.clone(), _life: life, _services: services, node, _possession: possession })
     }
 
@@ -80,67 +98,78 @@ impl Possession {
     fn take(name: &DomainName) -> Result<Self, OwnerError> {
         let start = Instant::now();
         loop {
-            if let Some(mut possession) = Self::try_take(name)? {
-                let failed = |source| OwnerError::File { path: name.lock_path(), source };
-                let lock = &mut possession.lock;
-                lock.set_len(0).and_then(|()| writeln!(lock, "{}", std::process::id())).map_err(failed)?;
-                return Ok(possession);
+            let runtime = runtime::open_or_make()?;
+            let has_owner = has_owner(&runtime, name);
+            match Self::try_take(runtime, name)? {
+                Ok(mut possession) => {
+                    let path = possession.runtime.path().join(name.lock_name());
+                    let lock = &mut possession.lock;
+                    let written = lock.set_len(0).and_then(|()| writeln!(lock, "{}", std::process::id()));
+                    written.map_err(|source| OwnerError::File { path, source })?;
+                    return Ok(possession);
+                }
+                Err(runtime) if start.elapsed() >= if has_owner { OWNER_ENDS } else { OTHERS_FINISH } => {
+                    return Err(in_use(&runtime, name));
+                }
+                Err(_) => std::thread::sleep(LOOK_AGAIN),
             }
-            let patience = if name.has_owner() { OWNER_ENDS } else { OTHERS_FINISH };
-            if start.elapsed() >= patience {
-                let owner = std::fs::read_to_string(name.lock_path()).unwrap_or_default();
-                let owner = if owner.trim().is_empty() { "?" } else { owner.trim() }.to_string();
-                return Err(OwnerError::InUse { domain: name.to_string(), owner });
-            }
-            std::thread::sleep(LOOK_AGAIN);
         }
     }
 
-    /// Locks the domain's file if nobody holds it, or removes its folder, at this moment.
-    fn try_take(name: &DomainName) -> Result<Option<Self>, OwnerError> {
-        use std::os::unix::fs::{DirBuilderExt, MetadataExt};
-        let folder = DomainName::user_folder();
-        match std::fs::DirBuilder::new().mode(0o700).create(&folder) {
-            Err(source) if source.kind() != ErrorKind::AlreadyExists => {
-                return Err(OwnerError::File { path: folder, source });
-            }
-            _ => {}
-        }
-        let path = name.lock_path();
-        let failed = |source| OwnerError::File { path: path.clone(), source };
-        let lock = match File::options().read(true).write(true).create(true).truncate(false).open(&path) {
+    /// Locks the domain's file if nobody holds it, or removes its folder, at this moment; else gives the folder back.
+    fn try_take(runtime: Folder, name: &DomainName) -> Result<Result<Self, Folder>, OwnerError> {
+        let lock_name = name.lock_name();
+        let failed = |source| OwnerError::File { path: runtime.path().join(&lock_name), source };
+        let lock = match runtime.file(&lock_name, OFlags::RDWR | OFlags::CREATE) {
             // The last domain of the user took the folder with it.
-            Err(source) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(source) if source.kind() == ErrorKind::NotFound => return Ok(Err(runtime)),
             opened => opened.map_err(failed)?,
         };
         match lock.try_lock() {
-            Ok(()) => {
-                // Whoever leaves removes the file: a lock on a file that lost its name possesses nothing, and may not wipe
-                // what a new owner has under that name.
-                let ours = lock.metadata().map_err(failed)?.ino();
-                let is_named = std::fs::metadata(&path).is_ok_and(|metadata| metadata.ino() == ours);
-                Ok(is_named.then(|| Self { name: name.clone(), lock }))
+            // Whoever leaves removes the file: a lock on a file that lost its name possesses nothing, and may not wipe what a new
+            // owner has under that name.
+            Ok(()) if runtime.names(&lock_name, &lock).map_err(failed)? => {
+                Ok(Ok(Self { name: name.clone(), runtime, lock }))
             }
-            Err(std::fs::TryLockError::WouldBlock) => Ok(None),
-            Err(std::fs::TryLockError::Error(source)) => Err(failed(source)),
+            Ok(()) | Err(TryLockError::WouldBlock) => Ok(Err(runtime)),
+            Err(TryLockError::Error(source)) => Err(failed(source)),
         }
     }
 
     /// Removes everything of the domain but the lock.
     fn wipe(&self) -> Result<(), OwnerError> {
-        for path in self.name.leftovers() {
-            remove(path)?;
-        }
-        remove(self.name.root())
+        let folder = self.name.folder_name();
+        memory::remove(&self.name.prefix())?;
+        let failed = |source| OwnerError::File { path: self.runtime.path().join(&folder), source };
+        self.runtime.remove(&folder).map_err(failed)
     }
+
+    fn in_use(&self) -> OwnerError {
+        in_use(&self.runtime, &self.name)
+    }
+}
+
+/// The error that names the owner as it wrote itself down.
+fn in_use(runtime: &Folder, name: &DomainName) -> OwnerError {
+    let file = runtime.file(&name.lock_name(), OFlags::RDONLY);
+    let owner = file.and_then(std::io::read_to_string).unwrap_or_default();
+    let owner = if owner.trim().is_empty() { "?" } else { owner.trim() }.to_string();
+    OwnerError::InUse { domain: name.to_string(), owner }
+}
+
+/// Whether a living owner has made the domain complete.
+fn has_owner(runtime: &Folder, name: &DomainName) -> bool {
+    runtime.folder(&name.folder_name()).is_ok_and(|folder| matches!(look(&folder, READY), Seen::Alive(_)))
 }
 
 /// Removes whatever is left of this user's domains that have no owner any more: killed with all their processes, or still being
 /// left by some. What somebody else is removing at this moment is left to them.
-fn remove_all_abandoned() {
-    for name in DomainName::all_of_user() {
+fn remove_all_abandoned(runtime: &Folder) {
+    for name in DomainName::all_of_user(runtime) {
         // Taking possession fails while the owner lives; wiping happens when it is given back.
-        drop(Possession::try_take(&name));
+        if let Ok(runtime) = runtime::open_or_make() {
+            drop(Possession::try_take(runtime, &name));
+        }
     }
 }
 
@@ -149,35 +178,28 @@ fn remove_all_abandoned() {
 pub fn remove_abandoned(name: &DomainName) {
     let start = Instant::now();
     loop {
-        match Possession::try_take(name) {
-            Ok(Some(abandoned)) => return drop(abandoned),
+        // A folder that may not be used is nobody's to wipe.
+        let Ok(Some(runtime)) = runtime::open() else { return };
+        let has_owner = has_owner(&runtime, name);
+        match Possession::try_take(runtime, name) {
+            Ok(Ok(abandoned)) => return drop(abandoned),
             // What cannot be removed now, the next owner removes, or says why it cannot.
             Err(_) => return,
-            Ok(None) if name.has_owner() || start.elapsed() >= OTHERS_FINISH => return,
-            Ok(None) => std::thread::sleep(LOOK_AGAIN),
+            Ok(Err(_)) if has_owner || start.elapsed() >= OTHERS_FINISH => return,
+            Ok(Err(_)) => std::thread::sleep(LOOK_AGAIN),
         }
     }
-}
-
-/// Removes a file or folder; it is fine if there is none.
-fn remove(path: PathBuf) -> Result<(), OwnerError> {
-    let is_folder = path.is_dir();
-    for emptied in 1.. {
-        let removed = if is_folder { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) };
-        match removed {
-            // A process of the dead owner made something meanwhile.
-            Err(source) if source.kind() == ErrorKind::DirectoryNotEmpty && emptied < EMPTYINGS_MAX => {}
-            Err(source) if source.kind() != ErrorKind::NotFound => return Err(OwnerError::File { path, source }),
-            _ => break,
-        }
-    }
-    Ok(())
 }
 
 impl DomainName {
-    /// Whether a living owner has made the domain complete.
-    fn has_owner(&self) -> bool {
-        matches!(look(&self.ready_path()), Seen::Alive(_))
+    /// Name of the domain's folder in the runtime folder.
+    pub(crate) fn folder_name(&self) -> OsString {
+        OsString::from(self.to_string())
+    }
+
+    /// Name of the file, in the runtime folder, whose lock is the possession of the domain.
+    pub(crate) fn lock_name(&self) -> OsString {
+        OsString::from(format!("{self}.lock"))
     }
 }
 
@@ -185,10 +207,10 @@ impl Drop for Possession {
     fn drop(&mut self) {
         // Whatever cannot be removed now, the next owner removes.
         let _ = self.wipe();
-        // Removed while locked, so that nobody can lock it in between; see `take` for who opened it before.
-        let _ = std::fs::remove_file(self.name.lock_path());
+        // Removed while locked, so that nobody can lock it in between; see `try_take` for who opened it before.
+        let _ = self.runtime.remove_file(&self.name.lock_name());
         let _ = self.lock.unlock();
         // The folder of all domains goes with the last one.
-        let _ = std::fs::remove_dir(DomainName::user_folder());
+        runtime::remove_if_empty();
     }
 }

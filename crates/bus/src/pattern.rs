@@ -2,7 +2,7 @@
 
 use crate::error::{PortError, PublishError, ReceiveError};
 use crate::publisher::{notifier, wake};
-use crate::service;
+use crate::service::{self, Phases, publisher_lives};
 use crate::subscriber::{Counts, Gate, Robot, SLICE, listener, sleep_until_woken};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -86,6 +86,9 @@ pub struct PatternSubscriber {
     listener: Option<Listener<ipc::Service>>,
     gate: Gate,
     max_phases: usize,
+    config: Config,
+    // After its ports.
+    service: Phases,
 }
 
 impl PatternSubscriber {
@@ -98,7 +101,7 @@ impl PatternSubscriber {
         });
         let subscriber = subscriber.map_err(|source| PortError::Subscriber { topic: TOPIC, source })?;
         let listener = listener(node, WALK_PATTERN)?;
-        Ok(Self { subscriber, listener, gate: Gate::new(robot), max_phases })
+        Ok(Self { subscriber, listener, gate: Gate::new(robot), max_phases, config: node.config().clone(), service })
     }
 
     /// The newest pattern, if one came since the last call. Does not wait.
@@ -110,7 +113,8 @@ impl PatternSubscriber {
         let failed = |source| ReceiveError::Receive { topic: TOPIC, source };
         while let Some(sample) = self.subscriber.receive().map_err(failed)? {
             let header = *sample.user_header();
-            if !self.gate.admits(sample.origin().value(), &header.header) {
+            let lives = |publisher| publisher_lives(&self.config, self.service.dynamic_config(), publisher);
+            if !self.gate.admits(sample.origin().value(), &header.header, lives) {
                 continue;
             }
             let phases = sample.payload();

@@ -2,13 +2,15 @@
 
 use crate::error::ServiceError;
 use iceoryx2::prelude::*;
+use iceoryx2::service::Service;
+use iceoryx2::service::dynamic_config::publish_subscribe::DynamicConfig;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use messages::topic::{Element, Row, Visitor};
 use messages::{Message, PatternHeader, PatternPhase, Topic};
 use std::any::Any;
 
 /// Publishers per topic: one, and one that is being started again while the other is not yet seen as dead.
-const MAX_PUBLISHERS: usize = 2;
+pub(crate) const MAX_PUBLISHERS: usize = 2;
 /// Subscribers per topic: four processes, recorder, launcher, and two observers.
 pub(crate) const MAX_SUBSCRIBERS: usize = 8;
 /// Processes per domain, with some that died and are not yet reaped.
@@ -126,4 +128,28 @@ impl Creator<'_> {
 
 fn service_name(row: &Row) -> ServiceName {
     ServiceName::new(row.name).expect("the table of topics holds short names only")
+}
+
+/// Whether a publisher is still there, and its process alive: what one asks who hears another one. Reads files.
+pub(crate) fn publisher_lives(
+    config: &Config,
+    publishers: &DynamicConfig<<ipc::Service as Service>::Bag>,
+    publisher: u128,
+) -> bool {
+    let mut node_id = None;
+    publishers.list_publishers(|details| {
+        if details.publisher_id.value() != publisher {
+            return CallbackProgression::Continue;
+        }
+        node_id = Some(details.node_id);
+        CallbackProgression::Stop
+    });
+    let Some(node_id) = node_id else { return false };
+    let mut lives = false;
+    let listed = Node::<ipc::Service>::list(config, |state| {
+        lives |= *state.node_id() == node_id && !matches!(state, NodeState::Dead(_));
+        CallbackProgression::Continue
+    });
+    // Where it cannot be known, the first one keeps the word.
+    lives || listed.is_err()
 }

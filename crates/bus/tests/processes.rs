@@ -1,9 +1,10 @@
 //! The bus between real processes: this test program starts itself again in other roles.
 
-use bus::{Domain, DomainName, JoinError, Owner, OwnerError, PublishError, Robot};
+use bus::{Domain, DomainName, JoinError, MemoryError, Owner, OwnerError, PublishError, Robot};
 use messages::code::Process;
 use messages::{Header, Health, PatternHeader, PatternPhase, RobotState, topic};
 use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,7 +13,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A domain of its own for each test.
 fn domain(test: &str) -> DomainName {
-    format!("bus-{test}-{}", std::process::id()).parse().expect("short and lower-case")
+    format!("b-{test}-{}", std::process::id()).parse().expect("short and lower-case")
 }
 
 /// This program again, in another role; killed when dropped.
@@ -68,6 +69,14 @@ fn another_process_in_its_role() {
         out.write_all(b"in role\n").and_then(|()| out.flush()).expect("the parent listens");
     };
     match role.as_str() {
+        "told" => {
+            let mut out = std::io::stdout();
+            let said = match Owner::claim(&name) {
+                Ok(_) => "claimed".to_string(),
+                Err(error) => error.to_string(),
+            };
+            writeln!(out, "told: {said}").and_then(|()| out.flush()).expect("the parent listens");
+        }
         "owner" => {
             let _owner = Owner::claim(&name).expect("nobody else owns it");
             in_role();
@@ -193,17 +202,179 @@ fn patterns_are_counted_as_messages_are() {
     assert_eq!((pattern.header.header.sequence, pattern.phases.len()), (3, 1));
     publish(8);
     assert_eq!(subscriber.latest().expect("intact"), None);
-    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 2, refused: 1, restarts: 0 });
+    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 2, refused: 1, ..Default::default() });
 }
 
 #[test]
-fn the_folder_of_a_users_domains_is_the_users_alone() {
-    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+fn folder_and_memory_of_a_domain_are_its_users_alone() {
+    use std::os::unix::fs::PermissionsExt;
     let name = domain("private");
     let _owner = Owner::claim(&name).expect("nobody else owns it");
-    let ours = std::fs::metadata("/proc/self").expect("every process has one").uid();
-    let folder = std::fs::metadata(format!("/tmp/soleus-{ours}")).expect("a domain is there");
-    assert_eq!(folder.permissions().mode() & 0o777, 0o700);
+    let _role = Role::start("pattern", &name);
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    let mut patterns = domain.pattern_subscriber(Robot::Only(7), 3).expect("room");
+    patterns.wait(PATIENCE).expect("intact").expect("kept");
+    let mode = |path: &Path| path.symlink_metadata().map(|metadata| metadata.permissions().mode() & 0o777);
+    assert_eq!(mode(&bus::runtime_folder()).expect("a domain is there"), 0o700);
+    let in_memory: Vec<_> = name.leftovers().into_iter().filter(|path| path.starts_with("/dev/shm")).collect();
+    assert!(in_memory.iter().any(|path| path.display().to_string().contains("global_mgmt")), "{in_memory:?}");
+    for path in in_memory {
+        // What goes meanwhile, nobody can open.
+        assert_eq!(mode(&path).unwrap_or(0) & 0o077, 0, "{}", path.display());
+    }
+}
+
+/// What one is told who claims a domain in a runtime folder.
+fn told(name: &DomainName, runtime: &Path) -> String {
+    let output = Command::new(std::env::current_exe().expect("a running program has a path"))
+        .args(["--exact", "another_process_in_its_role", "--nocapture"])
+        .env("BUS_TEST_ROLE", "told")
+        .env("BUS_TEST_DOMAIN", name.to_string())
+        .env(bus::RUNTIME_VARIABLE, runtime)
+        .output()
+        .expect("the test program can be started again");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let told = said.lines().find_map(|line| Some(line.split_once("told: ")?.1.to_string()));
+    told.unwrap_or_else(|| panic!("it said nothing: {said}"))
+}
+
+#[test]
+fn what_others_prepared_is_neither_used_nor_followed() {
+    use std::os::unix::fs::{PermissionsExt, chown, symlink};
+    let (place, home) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    let precious = home.path().join("work/precious");
+    std::fs::create_dir(home.path().join("work")).expect("writable");
+    std::fs::write(&precious, "text").expect("writable");
+    let name = domain("f");
+    let runtime = place.path().join("r");
+    let private = |mode| std::fs::set_permissions(&runtime, std::fs::Permissions::from_mode(mode)).expect("ours");
+    // What is to be wiped, in all the places in which a domain of that name, or another one, would be.
+    let prepare = || {
+        std::fs::create_dir(&runtime).expect("writable");
+        for link in [name.to_string(), "abandoned".to_string()] {
+            symlink(home.path().join("work"), runtime.join(link)).expect("writable");
+        }
+        std::fs::create_dir(runtime.join("other")).expect("writable");
+        symlink(home.path().join("work"), runtime.join("other/nodes")).expect("writable");
+    };
+    prepare();
+    private(0o777);
+    assert!(told(&name, &runtime).contains("has mode 0777"));
+    assert!(runtime.join("other/nodes").is_symlink(), "nothing was touched");
+    private(0o700);
+    if runtime.metadata().is_ok() && chown(&runtime, Some(1), None).is_ok() {
+        assert!(told(&name, &runtime).contains("belongs to user 1"));
+        assert!(runtime.join("other/nodes").is_symlink(), "nothing was touched");
+        chown(&runtime, Some(0), None).expect("we are root");
+    } else {
+        eprintln!("SKIPPED: only root can make a folder of another user");
+    }
+    let link = place.path().join("link");
+    symlink(&runtime, &link).expect("writable");
+    assert!(told(&name, &link).contains("is a symbolic link"));
+    // Ours, but with links in it: they go, and what they lead to stays.
+    assert_eq!(told(&name, &runtime), "claimed");
+    assert_eq!(runtime.read_dir().expect("ours").count(), 0);
+    assert_eq!(std::fs::read_to_string(&precious).expect("untouched"), "text");
+}
+
+#[test]
+fn a_path_too_long_for_sockets_is_refused_by_name() {
+    let name: DomainName = "a-name-that-is-as-long-as-allowed".get(..32).expect("long").parse().expect("a name");
+    let refused = Owner::claim(&name).err().expect("too long").to_string();
+    let joining = Domain::join(&name, Process::Planner, Duration::ZERO).err().expect("too long").to_string();
+    for said in ["a-name-that-is-as-long-as-allowe", " bytes, and the system allows 107", "shorter --domain"] {
+        assert!(refused.contains(said) && joining.contains(said), "no `{said}` in {refused}");
+    }
+}
+
+#[test]
+fn a_file_in_the_way_is_named_and_left_alone() {
+    let name = domain("way");
+    let path = PathBuf::from(format!("/dev/shm/{}in-the-way", name.prefix()));
+    std::os::unix::fs::symlink("/etc/hostname", &path).expect("writable");
+    let refused = Owner::claim(&name).err().map(|error| error.to_string());
+    let is_there = path.is_symlink();
+    std::fs::remove_file(&path).expect("ours");
+    let refused = refused.expect("it is in the way");
+    assert!(is_there && refused.contains(&path.display().to_string()) && refused.contains("rm "), "{refused}");
+}
+
+#[test]
+fn memory_cut_to_nothing_keeps_nobody_waiting() {
+    let name = domain("cut");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let management = name.leftovers().into_iter().find(|path| path.display().to_string().contains("global_mgmt"));
+    std::fs::File::options().write(true).open(management.expect("there")).expect("ours").set_len(0).expect("ours");
+    let refused = Domain::join(&name, Process::Planner, PATIENCE).err().expect("it is broken");
+    assert!(matches!(refused, JoinError::Memory(MemoryError::Truncated { .. })), "{refused}");
+}
+
+#[test]
+fn a_second_process_of_a_kind_is_refused_while_the_first_lives() {
+    let name = domain("kind");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let role = Role::start("states at 1 kHz", &name);
+    let Err(JoinError::Occupied { process: Process::Simulator, id, .. }) =
+        Domain::join(&name, Process::Simulator, PATIENCE)
+    else {
+        panic!("there are two")
+    };
+    assert_eq!(id, role.0.id().to_string());
+    assert!(name.living().contains(&(Some(Process::Simulator), id)));
+    Domain::observe(&name, PATIENCE).expect("looking on takes nobody's place");
+    Domain::join(&name, Process::Planner, PATIENCE).expect("another kind");
+    role.kill();
+    Domain::join(&name, Process::Simulator, PATIENCE).expect("the first is dead");
+}
+
+#[test]
+fn the_contract_lets_a_foreign_process_take_its_place() {
+    let name = domain("contract");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let text = bus::Contract::of(&name).to_string();
+    let line = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = ")).expect("there");
+    assert_eq!(line("owner"), format!("\"{}\"", std::process::id()));
+    assert_eq!(line("prefix"), format!("\"{}\"", name.prefix()));
+    // As the text says: open, lock, compare, write.
+    let path = PathBuf::from(line("controller").trim_matches('"'));
+    let mut file =
+        std::fs::File::options().read(true).write(true).create(true).truncate(false).open(&path).expect("ours");
+    file.try_lock().expect("nobody has it");
+    writeln!(file, "4711").expect("ours");
+    let refused = Domain::join(&name, Process::Controller, PATIENCE).err().expect("a foreign one lives").to_string();
+    assert!(refused.contains("a living controller (process 4711) is in domain"), "{refused}");
+    // It dies.
+    let watcher = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    drop(file);
+    assert_eq!(watcher.dead_processes(), [Process::Controller]);
+    Domain::join(&name, Process::Controller, PATIENCE).expect("its place is free");
+}
+
+#[test]
+fn a_second_publisher_is_heard_when_the_first_is_dead() {
+    let name = domain("two");
+    let _owner = Owner::claim(&name).expect("nobody else owns it");
+    let domain = Domain::join(&name, Process::Estimator, PATIENCE).expect("there is an owner");
+    let mut states = domain.subscriber(topic::ROBOT_STATE, Robot::Any, 128).expect("room");
+    let role = Role::start("states at 1 kHz", &name);
+    states.wait(PATIENCE).expect("receiving works").expect("a state");
+    // One that has no business there.
+    let mut second = domain.publisher(topic::ROBOT_STATE).expect("iceoryx2 has room for two");
+    let wrong = RobotState { header: Header::new(-7, 7), ..RobotState::default() };
+    let start = Instant::now();
+    while states.counts().strangers < 10 {
+        second.publish(&wrong).expect("memory");
+        while let Some(state) = states.try_next().expect("receiving works") {
+            assert_ne!(state.header.tick, -7, "the first lives");
+        }
+        assert!(start.elapsed() < PATIENCE, "never heard");
+    }
+    role.kill();
+    eventually("the second is heard", || {
+        second.publish(&wrong).expect("memory");
+        states.latest().expect("receiving works").is_some_and(|state| state.header.tick == -7)
+    });
 }
 
 #[test]
@@ -244,7 +415,7 @@ fn a_killed_owner_is_noticed_and_the_next_one_wipes_what_it_left() {
     let ours = Domain::join(&name, Process::Planner, PATIENCE).expect("there is an owner");
     ours.publisher(topic::WALK_START).expect("the new services work");
     drop((ours, domain, heir));
-    assert_eq!(name.leftovers(), [] as [std::path::PathBuf; 0]);
+    assert_eq!(name.leftovers(), [] as [PathBuf; 0]);
 }
 
 #[test]
@@ -257,7 +428,7 @@ fn what_a_killed_owner_left_is_removed_and_living_domains_are_left_alone() {
     eventually("the dead domain is removed", || dead.leftovers().is_empty());
     Role::start("owner", &dead).kill();
     bus::remove_abandoned(&dead);
-    assert_eq!(dead.leftovers(), [] as [std::path::PathBuf; 0]);
+    assert_eq!(dead.leftovers(), [] as [PathBuf; 0]);
     bus::remove_abandoned(&living);
     let domain = Domain::join(&living, Process::Planner, PATIENCE).expect("it still has its owner");
     domain.publisher(topic::WALK_START).expect("it still works");
@@ -271,7 +442,7 @@ fn an_owner_that_ends_leaves_nothing_even_while_others_were_there() {
     assert!(!name.leftovers().is_empty());
     role.finish();
     other.kill();
-    assert_eq!(name.leftovers(), [] as [std::path::PathBuf; 0]);
+    assert_eq!(name.leftovers(), [] as [PathBuf; 0]);
 }
 
 #[test]
@@ -335,7 +506,7 @@ fn lost_messages_and_those_of_other_robots_are_counted() {
     publisher.publish(&RobotState { header: Header::new(11, 8), ..RobotState::default() }).expect("memory");
     assert_eq!(subscriber.try_next().expect("receiving works").expect("kept").header.tick, 10);
     assert_eq!(subscriber.try_next().expect("receiving works"), None);
-    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 9, refused: 1, restarts: 0 });
+    assert_eq!(subscriber.counts(), bus::Counts { taken: 2, lost: 9, refused: 1, ..Default::default() });
 }
 
 #[test]

@@ -1,16 +1,28 @@
 //! The arguments all processes share.
 
+use crate::exit::ExitCode;
 use bus::DomainName;
 use clap::{Parser, ValueEnum};
 use messages::code::Process;
 use scenario::Setting;
 use std::path::PathBuf;
 
+/// How a process may end; the others are the launcher's.
+const CODES: [ExitCode; 9] = [
+    ExitCode::Done,
+    ExitCode::Failed,
+    ExitCode::Configuration,
+    ExitCode::Start,
+    ExitCode::SafetyStop,
+    ExitCode::Deadlines,
+    ExitCode::NotSettled,
+    ExitCode::Occupied,
+    ExitCode::Bug,
+];
+
 /// What is said on the command line of a process.
 #[derive(Debug, Clone, Parser)]
-#[command(version = crate::VERSION, after_help = "Exit codes: 0 done; 1 failed while running; 2 arguments or configuration \
-wrong, or not of the robot of the others; 3 could not start (no owner of the domain, see soleus-launch serve); 4 safety stop; 5 deadlines missed; 6 the robot did not \
-settle.")]
+#[command(version = crate::VERSION, after_help = ExitCode::help(&CODES))]
 pub struct Arguments {
     /// Configuration file.
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! Why a process ends before its time.
 
+use crate::exit::ExitCode;
 use messages::code::{Process, Reason};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -87,15 +88,18 @@ impl Failure {
         Self::SafetyStop { reason, source: source.into() }
     }
 
-    /// The process's exit code; the crate's documentation lists them.
-    pub fn exit_code(&self) -> u8 {
+    /// The process's exit code.
+    pub fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Configuration(_) | Self::Unusable { .. } | Self::Receive(bus::ReceiveError::OtherRobot { .. }) => 2,
-            Self::Publish(_) | Self::Receive(_) | Self::Running(_) => 1,
-            Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => 3,
-            Self::SafetyStop { reason: Reason::NotSettled, .. } => 6,
-            Self::PeerDied { .. } | Self::SafetyStop { .. } => 4,
-            Self::Deadline { .. } => 5,
+            Self::Configuration(_) | Self::Unusable { .. } | Self::Receive(bus::ReceiveError::OtherRobot { .. }) => {
+                ExitCode::Configuration
+            }
+            Self::Publish(_) | Self::Receive(_) | Self::Running(_) => ExitCode::Failed,
+            Self::Join(bus::JoinError::Occupied { .. }) => ExitCode::Occupied,
+            Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => ExitCode::Start,
+            Self::SafetyStop { reason: Reason::NotSettled, .. } => ExitCode::NotSettled,
+            Self::PeerDied { .. } | Self::SafetyStop { .. } => ExitCode::SafetyStop,
+            Self::Deadline { .. } => ExitCode::Deadlines,
         }
     }
 
@@ -139,23 +143,30 @@ mod tests {
     fn exit_codes_and_reasons_are_those_of_the_table() {
         let died = Failure::PeerDied { process: Process::Simulator, topic: "robot/state" };
         let no_owner = bus::JoinError::NoOwner { domain: "d".to_string(), waited: std::time::Duration::from_secs(5) };
+        let (domain, id) = ("d".to_string(), "4711".to_string());
+        let occupied = bus::JoinError::Occupied { domain, process: Process::Controller, id };
         let no_key = "x".parse::<scenario::Setting>().expect_err("no setting");
         for (failure, code, reason) in [
-            (Failure::running("a disk"), 1, Reason::None),
-            (Failure::Publish(bus::PublishError::PatternTooLong { found: 2, limit: 1 }), 1, Reason::None),
-            (Failure::Receive(bus::ReceiveError::Wait { topic: "t" }), 1, Reason::None),
-            (Failure::unusable(no_key), 2, Reason::None),
+            (Failure::running("a disk"), ExitCode::Failed, Reason::None),
+            (
+                Failure::Publish(bus::PublishError::PatternTooLong { found: 2, limit: 1 }),
+                ExitCode::Failed,
+                Reason::None,
+            ),
+            (Failure::Receive(bus::ReceiveError::Wait { topic: "t" }), ExitCode::Failed, Reason::None),
+            (Failure::unusable(no_key), ExitCode::Configuration, Reason::None),
             (
                 Failure::Receive(bus::ReceiveError::OtherRobot { topic: "t", expected: 7, found: 8 }),
-                2,
+                ExitCode::Configuration,
                 Reason::OtherRobot,
             ),
-            (Failure::Join(no_owner), 3, Reason::None),
-            (Failure::OwnerGone { domain: "d".to_string() }, 3, Reason::None),
-            (died, 4, Reason::InputMissing),
-            (Failure::safety(Reason::SolverFailed, "again"), 4, Reason::SolverFailed),
-            (Failure::Deadline { misses: 9 }, 5, Reason::Deadline),
-            (Failure::safety(Reason::NotSettled, "moves"), 6, Reason::NotSettled),
+            (Failure::Join(no_owner), ExitCode::Start, Reason::None),
+            (Failure::Join(occupied), ExitCode::Occupied, Reason::None),
+            (Failure::OwnerGone { domain: "d".to_string() }, ExitCode::Start, Reason::None),
+            (died, ExitCode::SafetyStop, Reason::InputMissing),
+            (Failure::safety(Reason::SolverFailed, "again"), ExitCode::SafetyStop, Reason::SolverFailed),
+            (Failure::Deadline { misses: 9 }, ExitCode::Deadlines, Reason::Deadline),
+            (Failure::safety(Reason::NotSettled, "moves"), ExitCode::NotSettled, Reason::NotSettled),
         ] {
             assert_eq!((failure.exit_code(), failure.reason()), (code, reason), "{failure}");
         }

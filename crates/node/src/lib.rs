@@ -9,16 +9,7 @@
 //!
 //! # Exit codes
 //!
-//! | code | meaning |
-//! |---|---|
-//! | 0 | did what it was asked to, or was asked to stop |
-//! | 1 | shared memory or a file failed while running |
-//! | 2 | arguments or configuration are wrong, or the others are configured for another robot |
-//! | 3 | could not start: no owner of the domain, a topic taken, or the owner went away |
-//! | 4 | safety stop: an input stayed away, a solver failed too often, the pattern was refused |
-//! | 5 | deadlines were missed too often |
-//! | 6 | the robot did not settle: it did not stand still enough to walk |
-//! | 101 | a bug (panic) |
+//! [`ExitCode`] is the table; `docs/reliability.md` prints it.
 //!
 //! # Pace
 //!
@@ -67,6 +58,7 @@
 //! ```
 
 mod arguments;
+mod exit;
 mod failure;
 mod processor;
 mod program;
@@ -76,6 +68,7 @@ mod stop;
 mod system;
 
 pub use arguments::{Arguments, LogFormat};
+pub use exit::ExitCode;
 pub use failure::{Failure, error_chain};
 pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
@@ -87,11 +80,31 @@ pub use system::{die_with_parent, interrupt, kill, terminate};
 /// Version and commit of this build, as `--version` prints them and logs record them.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SOLEUS_COMMIT"), ")");
 
+/// What this process makes from now on is its user's alone: files 0600, folders 0700.
+pub fn keep_files_private() {
+    rustix::process::umask(rustix::fs::Mode::RWXG | rustix::fs::Mode::RWXO);
+}
+
+/// Writes a result to standard output. Who no longer listens has what he wanted (`soleus-launch .. | head -3`); that is no error.
+///
+/// # Errors
+/// If it cannot be written for another reason: a full disk, for instance.
+pub fn say(text: &str) -> std::io::Result<()> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        said => said,
+    }
+}
+
 /// Begins diagnostics on standard error: `RUST_LOG` chooses, `info` if it says nothing.
 pub fn start_diagnostics(format: LogFormat) {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
     let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    // Where nobody listens, complaining of it would end the process.
+    let builder = builder.log_internal_errors(false);
     // Fails only if diagnostics have begun already, as in a test that runs several programs; then they go there.
     let _ = match format {
         LogFormat::Text => builder.with_ansi(false).try_init(),

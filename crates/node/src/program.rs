@@ -1,6 +1,7 @@
 //! What differs from process to process, and the main function they share.
 
 use crate::arguments::Arguments;
+use crate::exit::ExitCode;
 use crate::failure::Failure;
 use crate::shell::Shell;
 use clap::{CommandFactory, FromArgMatches};
@@ -8,7 +9,6 @@ use messages::code::{Process, Reason, State};
 use scenario::Config;
 use serde::de::DeserializeOwned;
 use std::ffi::OsString;
-use std::process::ExitCode;
 
 /// One process.
 pub trait Program: Sized {
@@ -45,12 +45,12 @@ pub enum End {
 }
 
 /// The main function of a process.
-pub fn main<P: Program>() -> ExitCode {
-    ExitCode::from(run::<P>(std::env::args_os()))
+pub fn main<P: Program>() -> std::process::ExitCode {
+    run::<P>(std::env::args_os()).into()
 }
 
-/// The main function with given arguments (the first is the program's name); returns the exit code.
-pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+/// The main function with given arguments (the first is the program's name); returns how it ended.
+pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let name = format!("soleus-{}", P::PROCESS.word());
     let command = Arguments::command().name(name.clone()).bin_name(name).about(P::ABOUT);
     let arguments = command.try_get_matches_from(arguments).and_then(|matches| Arguments::from_arg_matches(&matches));
@@ -59,12 +59,13 @@ pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Err(answer) => {
             // Help, version or what is wrong; where it cannot be written nobody is there to read it.
             let _ = answer.print();
-            return u8::try_from(answer.exit_code()).unwrap_or(2);
+            return if answer.use_stderr() { ExitCode::Configuration } else { ExitCode::Done };
         }
     };
+    crate::keep_files_private();
     crate::start_diagnostics(arguments.log_format);
     match run_with::<P>(&arguments) {
-        Ok(()) => 0,
+        Ok(()) => ExitCode::Done,
         Err(failure) => {
             tracing::error!("{}: {}", P::PROCESS, failure.chain());
             failure.exit_code()
@@ -76,8 +77,7 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.config)?.with_settings(&arguments.settings);
     let mut program = P::build(config.parse()?).map_err(|failure| failure.in_file(&arguments.config))?;
     if arguments.check {
-        print_effective(&config);
-        return Ok(());
+        return crate::say(&config.effective_text()).map_err(Failure::running);
     }
     let opened = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments);
     // Who came as the owner left may have made what nobody else knows of.
@@ -98,9 +98,4 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     drop((program, shell));
     bus::remove_abandoned(&arguments.domain);
     result
-}
-
-#[allow(clippy::print_stdout, reason = "the effective configuration is the result that `--check` was asked for")]
-fn print_effective(config: &Config) {
-    print!("{}", config.effective_text());
 }

@@ -50,6 +50,7 @@ impl Shell {
     ) -> Result<Self, Failure> {
         let stop = Stop::on_signals().map_err(Failure::running)?;
         let domain = Domain::join(&arguments.domain, process, OWNER_PATIENCE)?;
+        tracing::info!("{process} in domain `{}`, runtime folder {}", domain.name(), bus::runtime_folder().display());
         let health = domain.publisher(topic::health(process))?;
         let mut figures = Health::new(process, State::Starting, Reason::None);
         figures.header = Header::new(-1, robot_fingerprint.unwrap_or(0));

@@ -106,7 +106,7 @@ fn another_process_in_its_role() {
         "asker" => node::run::<Asker>(arguments),
         _ => panic!("unknown role {role}"),
     };
-    std::process::exit(code.into());
+    std::process::exit(code.code().into());
 }
 
 struct Role(Child);
@@ -156,7 +156,7 @@ struct Setup {
 
 impl Setup {
     fn new(test: &str) -> Self {
-        let name = format!("node-{test}-{}", std::process::id()).parse().expect("short and lower-case");
+        let name = format!("n-{test}-{}", std::process::id()).parse().expect("short and lower-case");
         Self { name, folder: tempfile::tempdir().expect("a temporary folder") }
     }
 
@@ -292,6 +292,21 @@ fn a_program_whose_partner_has_another_robot_stops_and_says_so() {
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("`robot/state` is about another robot (fingerprint 0000000000000008, ours is"), "{said}");
     assert!(said.contains("the same robot folder"), "{said}");
+}
+
+#[test]
+fn a_second_program_of_a_kind_is_refused_with_code_7() {
+    let setup = Setup::new("second");
+    let _owner = Owner::claim(&setup.name).expect("nobody else owns it");
+    let watcher = Domain::observe(&setup.name, PATIENCE).expect("there is an owner");
+    let first = Role::start("echo", &setup.arguments("gain = 1.0"));
+    wait_for_state(&watcher, Process::Estimator, State::Ready);
+    let (code, said) = Role::start("echo", &setup.arguments("gain = 1.0")).end();
+    assert_eq!(code, 7, "{said}");
+    let expected = format!("a living estimator (process {}) is in domain `{}` already", first.0.id(), setup.name);
+    assert!(said.contains(&expected), "{said}");
+    node::terminate(first.0.id()).expect("it lives");
+    assert_eq!(first.end().0, 0);
 }
 
 #[test]

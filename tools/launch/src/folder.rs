@@ -23,7 +23,9 @@ impl RunFolder {
         let folder = Self { path: path.clone() };
         std::fs::create_dir_all(folder.path.join("config")).map_err(failed)?;
         std::fs::create_dir_all(folder.path.join("logs")).map_err(failed)?;
-        std::fs::copy(&scenario.path, folder.path.join("config/scenario.toml")).map_err(failed)?;
+        // Not with its permissions: what is in a run folder is its user's alone.
+        let scenario_text = std::fs::read(&scenario.path).map_err(failed)?;
+        std::fs::write(folder.path.join("config/scenario.toml"), scenario_text).map_err(failed)?;
         for (process, config) in scenario.processes() {
             let mut table = config.table().clone();
             if process == "recorder" {

@@ -18,7 +18,7 @@ mod progress;
 mod run;
 mod summary;
 
-use bus::{DomainName, Owner};
+use bus::{Contract, DomainName, Owner};
 use clap::{Args, Parser, Subcommand};
 use node::{LogFormat, Stop};
 use scenario::Setting;
@@ -43,6 +43,12 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Print where a domain is, who lives in it, and how a process in any language takes a place in it (TOML).
+    Domain {
+        /// The domain.
+        #[arg(long, value_name = "NAME", default_value = "default")]
+        domain: DomainName,
+    },
     /// Own the shared memory of a domain, for processes that are started one by one.
     Serve {
         /// The domain.
@@ -103,7 +109,11 @@ impl Ending {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    node::keep_files_private();
     let result = match arguments.command {
+        Some(Command::Domain { domain }) => {
+            node::say(&Contract::of(&domain).to_string()).map_err(|error| Ending::with_causes(1, error))
+        }
         Some(Command::Serve { domain, log_format }) => {
             node::start_diagnostics(log_format);
             serve(&domain)
@@ -125,7 +135,8 @@ fn main() -> ExitCode {
 fn serve(domain: &DomainName) -> Result<(), Ending> {
     let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
     let owner = Owner::claim(domain).map_err(|error| Ending::with_causes(3, error))?;
-    tracing::info!("serving domain `{domain}` until asked to stop");
+    let runtime = bus::runtime_folder();
+    tracing::info!("serving domain `{domain}`, runtime folder {}, until asked to stop", runtime.display());
     while !stop.asked() {
         std::thread::sleep(Duration::from_millis(50));
         owner.reap_dead();
