@@ -17,6 +17,15 @@ impl File<'_> {
         Err(RobotError::OutOfRange { file: self.0.to_owned(), field: field.into(), value, expected: expected.words })
     }
 
+    /// A file that is named here lies in the same folder or below: whoever hands on the folder hands on all that is read, and
+    /// nothing else of a machine is.
+    fn inside(&self, field: &'static str, name: &str) -> Result<(), RobotError> {
+        if files::stays_inside(Path::new(name)) {
+            return Ok(());
+        }
+        Err(RobotError::Outside { file: self.0.to_owned(), field, name: name.to_owned() })
+    }
+
     fn known<'a>(
         &self,
         field: &str,
@@ -101,6 +110,7 @@ const COMPRESSIBLE: Range =
 
 pub(crate) fn robot(path: &Path, robot: &RobotDescription) -> Result<(), RobotError> {
     let file = File(path);
+    file.inside("urdf", &robot.urdf)?;
     let joints = || robot.joints.iter().map(String::as_str);
     file.once("joints", joints())?;
     for (group, members) in &robot.groups {
@@ -170,6 +180,7 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
     if let Some(found) = found {
         return Err(RobotError::MeshChoice { file: path.to_owned(), found });
     }
+    mesh.file.iter().try_for_each(|name| file.inside("mesh.file", name))?;
     mesh.box_m.iter().flatten().try_for_each(|edge| file.range("mesh.box_m", *edge, POSITIVE))?;
     mesh.cells.iter().flatten().try_for_each(|cells| file.range("mesh.cells", f64::from(*cells), POSITIVE))?;
     if let (Some(size_m), Some(cells)) = (mesh.box_m, mesh.cells) {

@@ -12,6 +12,19 @@ pub enum RobotError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A file is named that does not lie in the folder of the file that names it. Remedy: put it there.
+    #[error(
+        "{}: {field} = \"{name}\" leads out of the folder: put the file beside this one or into a folder there, and give its \
+         name from here", .file.display()
+    )]
+    Outside {
+        /// Which file.
+        file: PathBuf,
+        /// The key, with its table.
+        field: &'static str,
+        /// What was found.
+        name: String,
+    },
     /// Not TOML, an unknown key, a missing key, or a value of another type.
     #[error("{}:{line}:{column}: {message}{}", .file.display(), suggestion(.nearest))]
     Toml {

@@ -83,7 +83,8 @@ const OFF_CENTRE_MAX_M: f64 = 1e-5;
 /// [`RobotError`] names the file and what is wrong: the element, the node, how far its middle is off.
 pub fn read_mesh(file: &Path) -> Result<Mesh, RobotError> {
     let refused = |source| RobotError::Mesh { file: file.to_owned(), source: Box::new(source) };
-    let bytes = std::fs::read(file).map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })?;
+    let bytes = files::read(file, files::MESH_MAX_BYTES)
+        .map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })?;
     // A binary mesh says that it is one in its first lines, which are text.
     let mesh = Mesh::from_msh(&String::from_utf8_lossy(&bytes), MshSets::Either).map_err(refused)?;
     let centre = mesh.outline().centre_m;
@@ -104,7 +105,8 @@ pub fn fingerprint(texts: &[&str]) -> u64 {
 }
 
 fn read(file: &Path) -> Result<String, RobotError> {
-    std::fs::read_to_string(file).map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })
+    files::read_text(file, files::URDF_MAX_BYTES)
+        .map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })
 }
 
 fn parse<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, RobotError> {

@@ -96,6 +96,17 @@ fn a_missing_file_is_named() {
 }
 
 #[test]
+fn files_outside_the_folder_are_not_read() {
+    let (urdf, block) = ("urdf = \"hrp4.urdf\"", BLOCK);
+    for name in ["../../../etc/passwd", "/etc/passwd", "/dev/zero", "meshes/../../x", ""] {
+        let error = changed("robot.toml", urdf, &format!("urdf = {name:?}"));
+        assert!(matches!(&error, RobotError::Outside { field: "urdf", name: found, .. } if found == name), "{error}");
+        let error = changed("sole.toml", block, &format!("file = {name:?}"));
+        assert!(matches!(&error, RobotError::Outside { field: "mesh.file", .. }), "{error}");
+    }
+}
+
+#[test]
 fn unknown_keys_are_refused_with_a_suggestion_and_their_place() {
     let error = changed("robot.toml", "radius_m", "radius_mm");
     let RobotError::Toml { line, nearest, .. } = &error else { panic!("{error}") };

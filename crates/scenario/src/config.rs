@@ -58,7 +58,7 @@ impl Config {
     /// # Errors
     /// If it cannot be read or is no TOML.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        let text = files::read_text(path, files::CONFIG_MAX_BYTES).map_err(|source| ConfigError::Read {
             path: path.to_path_buf(),
             wanted_by: None,
             source,

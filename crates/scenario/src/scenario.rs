@@ -40,7 +40,7 @@ impl Scenario {
     /// # Errors
     /// Whatever is wrong with files and the scenario's own keys.
     pub fn load(path: &Path, settings: &[Setting]) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        let text = files::read_text(path, files::CONFIG_MAX_BYTES).map_err(|source| ConfigError::Read {
             path: path.to_path_buf(),
             wanted_by: None,
             source,

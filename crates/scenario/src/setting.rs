@@ -40,6 +40,12 @@ impl FromStr for Setting {
     }
 }
 
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}={}", self.key.join("."), self.value)
+    }
+}
+
 impl Setting {
     /// The setting as a table of tables.
     pub(crate) fn as_table(&self) -> Table {

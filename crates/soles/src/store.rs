@@ -100,7 +100,7 @@ impl Store {
         let start = Instant::now();
         let mut source = Source::Condensed;
         let key = self.key(settings);
-        let kept = self.folder.as_ref().and_then(|folder| std::fs::read(entry(folder, key)).ok());
+        let kept = self.folder.as_ref().and_then(|folder| files::read(&entry(folder, key), BYTES_MAX).ok());
         let model = match kept.map(|bytes| SoleModel::from_bytes(&bytes, key)) {
             Some(Ok(model)) => {
                 source = Source::Kept;

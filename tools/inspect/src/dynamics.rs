@@ -158,7 +158,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         "--gravity {:?}: finite numbers expected",
         arguments.gravity
     );
-    let text = std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let text =
+        files::read_text(path, files::URDF_MAX_BYTES).with_context(|| format!("{}: cannot be read", path.display()))?;
     let options = ModelOptions {
         base: if arguments.fixed_base { Base::Fixed } else { Base::Floating },
         locked_joints: arguments.lock.clone(),

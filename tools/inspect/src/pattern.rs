@@ -222,7 +222,7 @@ fn read(arguments: &Arguments) -> anyhow::Result<GaitSettings> {
     let mut name = "the defaults".to_string();
     if let Some(path) = &arguments.config {
         name = path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
+        let text = files::read_text(path, files::CONFIG_MAX_BYTES).with_context(|| format!("reading {name}"))?;
         table = text.parse().with_context(|| format!("{name} is not TOML"))?;
         if let Some(gait) = table.remove("gait") {
             table = gait.try_into().with_context(|| format!("{name}: gait is not a table"))?;

@@ -6,7 +6,7 @@
 use crate::metadata::Metadata;
 
 /// Each package of the workspace and those it may use directly.
-const MAY_USE: [(&str, &[&str]); 31] = [
+const MAY_USE: &[(&str, &[&str])] = &[
     // Vocabulary and numerics.
     ("spatial", &[]),
     ("qp", &[]),
@@ -22,13 +22,14 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     ("wholebody", &["multibody", "qp", "spatial"]),
     ("plant", &["multibody", "sole", "spatial"]),
     // The fence: nothing above knows of files, clocks, threads or other processes.
-    ("robot", &["sole_mesh"]),
+    ("files", &[]),
+    ("robot", &["files", "sole_mesh"]),
     ("robot_model", &["multibody", "robot"]),
-    ("scenario", &[]),
-    ("soles", &["robot", "sole", "spatial"]),
+    ("scenario", &["files"]),
+    ("soles", &["files", "robot", "sole", "spatial"]),
     ("messages", &["pattern", "spatial"]),
     ("bus", &["messages"]),
-    ("recording", &["messages"]),
+    ("recording", &["files", "messages"]),
     ("node", &["bus", "messages", "scenario"]),
     // Processes.
     (
@@ -81,10 +82,11 @@ const MAY_USE: [(&str, &[&str]); 31] = [
             "spatial",
         ],
     ),
-    ("soleus-recorder", &["bus", "messages", "node", "recording", "robot", "robot_model", "scenario"]),
+    ("soleus-recorder", &["bus", "files", "messages", "node", "recording", "robot", "robot_model", "scenario"]),
     (
         "soleus-replayer",
         &[
+            "files",
             "messages",
             "node",
             "recording",
@@ -113,10 +115,11 @@ const MAY_USE: [(&str, &[&str]); 31] = [
     ),
     ("report", &["messages", "recording"]),
     // Tools.
-    ("soleus-launch", &["bus", "messages", "node", "scenario"]),
+    ("soleus-launch", &["bus", "files", "messages", "node", "scenario"]),
     (
         "soleus-inspect",
         &[
+            "files",
             "friction",
             "gait",
             "messages",
@@ -132,6 +135,7 @@ const MAY_USE: [(&str, &[&str]); 31] = [
         ],
     ),
     ("xtask", &[]),
+    ("mutation", &[]),
     // Tests: what the harness uses; the cases may use everything.
     ("system", &["bus", "messages", "node", "recording"]),
 ];

@@ -1,6 +1,7 @@
 //! The doors as another tool uses them: JSON on stdin, JSON on stdout, exit code 0 only when all was solved, 2 and the reason on stderr
 //! when the question is wrong.
 
+mod damage;
 mod dynamics;
 mod friction;
 mod qp;
