@@ -3,7 +3,9 @@
 use crate::alone;
 use harness::{Launch, Running, assert_replays, eventually, is_alive};
 use messages::topic;
-use recording::{Recording, recover};
+use recording::{Recording, recover_file};
+use std::path::Path;
+use std::process::Command;
 
 /// A walk after which the robot stands for longer than any test, recorded as it goes.
 fn long_walk() -> Running {
@@ -50,10 +52,38 @@ fn a_killed_recorder_leaves_a_recording_that_can_be_recovered() {
     let run = running.finish();
     assert_eq!(run.code(), 4, "{}", run.stderr);
     run.assert_nothing_left();
-    let recovered = recover(&run.folder()).expect("writable");
-    assert_eq!(recovered.len(), 1);
-    assert!(recovered[0].messages > 0);
-    assert_replays(&run.recording(), "controller");
+    // The next run there is refused, unless it may replace what is there; what was killed is not lost even then.
+    let run = Launch::short_walk().again(run, &[]).finish();
+    assert_eq!(run.code(), 2, "{}", run.stderr);
+    assert!(run.stderr.contains("there is something in it") && run.stderr.contains("--overwrite"), "{}", run.stderr);
+    assert!(run.partial_recording().exists());
+    let run = Launch::short_walk().set("planner.gait.walk.swings=1").again(run, &["--overwrite"]).finish();
+    assert_eq!(run.code(), 0, "{}", run.stderr);
+    let said = run.stderr.lines().find_map(|line| line.split_once("recovered ")).expect("on the terminal").1;
+    let (count, path) = said.split_once(" messages of ").expect("how many");
+    let path = Path::new(path.split_once(" as ").expect("as what").1);
+    assert!(count.parse::<u64>().expect("a number") > 100);
+    assert!(!run.partial_recording().exists() && path != run.recording());
+    assert_replays(path, "controller");
+    Recording::open(&run.recording()).expect("that of the second run");
+}
+
+#[test]
+fn a_full_disk_breaks_a_recording_off_and_that_is_told() {
+    let _alone = alone();
+    let running = Launch::short_walk().set("recorder.flush_period_s=0.05").start();
+    let recorder = running.wait_for_child("soleus-recorder");
+    // As if the disk were full: no file of this process may have more than 300 kB.
+    let limited = Command::new("prlimit").args(["--pid", &recorder.to_string(), "--fsize=300000"]).status();
+    assert!(limited.expect("util-linux").success());
+    let run = running.finish();
+    let log = std::fs::read_to_string(run.folder().join("logs/recorder.log")).expect("it has one");
+    assert!(log.contains("the recording broke off") && log.contains("messages are safe"), "{log}");
+    assert!(!run.recording().exists(), "it is not called finished");
+    let recovered = recover_file(&run.partial_recording()).expect("readable");
+    assert!(recovered.messages > 100, "{recovered:?}");
+    assert_replays(&recovered.path, "estimator");
+    run.assert_nothing_left();
 }
 
 #[test]

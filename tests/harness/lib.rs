@@ -46,6 +46,7 @@ pub fn binaries() -> &'static Path {
 pub struct Launch {
     scenario: PathBuf,
     settings: Vec<String>,
+    arguments: Vec<String>,
     cache: Option<PathBuf>,
     domain: DomainName,
     folder: tempfile::TempDir,
@@ -59,6 +60,7 @@ impl Launch {
         Self {
             scenario: scenario.as_ref().to_path_buf(),
             settings: Vec::new(),
+            arguments: Vec::new(),
             cache: None,
             domain: format!("system-{}-{number}", std::process::id()).parse().expect("short and lower-case"),
             folder: tempfile::tempdir().expect("a temporary folder"),
@@ -82,11 +84,19 @@ impl Launch {
         self
     }
 
+    /// Into the folder of a launch before, with what else the command line shall have.
+    pub fn again(mut self, before: Finished, arguments: &[&str]) -> Self {
+        self.folder = before.folder;
+        self.arguments = arguments.iter().map(|argument| (*argument).to_string()).collect();
+        self
+    }
+
     /// Starts it.
     pub fn start(self) -> Running {
         let mut command = Command::new(binaries().join("soleus-launch"));
         command.arg(&self.scenario).arg("--domain").arg(self.domain.to_string());
         command.arg("--out").arg(self.folder.path().join("run"));
+        command.args(&self.arguments);
         for setting in &self.settings {
             command.arg("--set").arg(setting);
         }
@@ -159,8 +169,8 @@ impl Running {
             // Not begun yet.
             return 0;
         }
-        recover(folder.path()).expect("writable");
-        let recording = Recording::open(&folder.path().join("walk.mcap")).expect("finished");
+        let Some(recovered) = recover(folder.path()).expect("writable").recovered.pop() else { return 0 };
+        let recording = Recording::open(&recovered.path).expect("finished");
         recording.messages(topic).expect("whole").len()
     }
 
@@ -206,6 +216,11 @@ impl Finished {
     /// The recording.
     pub fn recording(&self) -> PathBuf {
         self.folder().join("walk.mcap")
+    }
+
+    /// The recording if it was not finished.
+    pub fn partial_recording(&self) -> PathBuf {
+        self.folder().join("walk.mcap.partial")
     }
 
     /// Asserts that nothing is left in shared memory. Of a launcher that was killed, all processes must have ended.

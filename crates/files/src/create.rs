@@ -19,7 +19,8 @@ pub fn create_new(path: &Path) -> io::Result<File> {
 /// What the system says; [`io::ErrorKind::AlreadyExists`] if there is something of this name.
 pub fn replace(draft: &Path, path: &Path, overwrite: bool) -> io::Result<()> {
     if !overwrite {
-        // An empty file holds the place against others, then it is replaced. (Renaming alone replaces whatever is there.)
+        // An empty file holds the place against others, then it is replaced. (Renaming alone replaces whatever is
+        // there.)
         drop(create_new(path)?);
     }
     std::fs::rename(draft, path)

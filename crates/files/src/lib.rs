@@ -1,8 +1,9 @@
 //! Files of others, read with care; files of our own, made so that they replace nothing.
 //!
-//! A file that somebody hands us may be a named pipe that never says anything, a device without an end, or larger than the
-//! memory. [`read`] takes regular files only and no more bytes than its caller believes; [`stays_inside`] says whether a name out
-//! of a file leads out of a folder. [`create_new`] makes files that only their owner can read and that were not there before.
+//! A file that somebody hands us may be a named pipe that never says anything, a device without an end, or larger
+//! than the memory. [`read`] takes regular files only and no more bytes than its caller believes; [`stays_inside`]
+//! says whether a name out of a file leads out of a folder. [`create_new`] makes files that only their owner can read
+//! and that were not there before.
 
 mod create;
 mod read;

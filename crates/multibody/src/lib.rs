@@ -140,6 +140,7 @@ mod error;
 mod jacobian;
 mod kinematics;
 pub mod leg;
+mod links;
 mod mimic;
 mod model;
 mod rigid;
@@ -156,6 +157,7 @@ pub use crba::crba;
 pub use error::{Item, ModelError};
 pub use jacobian::{com_jacobian, frame_drift, frame_jacobian};
 pub use kinematics::{center_of_mass, forward_kinematics, forward_kinematics_velocity};
+pub use links::{HeldLink, Motion, held_links};
 pub use mimic::{CarriedJoint, carried_joints};
 pub use model::{
     Base, Follower, FollowerIndex, Frame, FrameIndex, InertiaCheck, Joint, JointIndex, JointMotion, Limits, Model,

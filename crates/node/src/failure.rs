@@ -56,6 +56,9 @@ pub enum Failure {
         /// What exactly.
         source: Box<dyn Error + Send + Sync>,
     },
+    /// What shall be kept cannot be stored: the disk is full or fails.
+    #[error("storage failed")]
+    Storage(#[source] Box<dyn Error + Send + Sync>),
     /// Too many deadlines were missed.
     #[error("{misses} deadlines in a row were missed")]
     Deadline {
@@ -100,6 +103,7 @@ impl Failure {
             Self::SafetyStop { reason: Reason::NotSettled, .. } => ExitCode::NotSettled,
             Self::PeerDied { .. } | Self::SafetyStop { .. } => ExitCode::SafetyStop,
             Self::Deadline { .. } => ExitCode::Deadlines,
+            Self::Storage(_) => ExitCode::Recording,
         }
     }
 
@@ -110,6 +114,7 @@ impl Failure {
             Self::PeerDied { .. } => Reason::InputMissing,
             Self::Receive(bus::ReceiveError::OtherRobot { .. }) => Reason::OtherRobot,
             Self::Deadline { .. } => Reason::Deadline,
+            Self::Storage(_) => Reason::Storage,
             _ => Reason::None,
         }
     }
@@ -167,6 +172,7 @@ mod tests {
             (Failure::safety(Reason::SolverFailed, "again"), ExitCode::SafetyStop, Reason::SolverFailed),
             (Failure::Deadline { misses: 9 }, ExitCode::Deadlines, Reason::Deadline),
             (Failure::safety(Reason::NotSettled, "moves"), ExitCode::NotSettled, Reason::NotSettled),
+            (Failure::Storage("full".into()), ExitCode::Recording, Reason::Storage),
         ] {
             assert_eq!((failure.exit_code(), failure.reason()), (code, reason), "{failure}");
         }

@@ -1,7 +1,7 @@
 //! Takes every topic from the bus and stores it.
 //!
-//! Health says the last tick that has been dealt with, so that in lock-step the simulator can wait and nothing is lost. Asked
-//! to stop, it stores what is still there, then finishes the file.
+//! Health says the last tick that has been dealt with, so that in lock-step the simulator can wait and nothing is
+//! lost. Asked to stop, it stores what is still there, then finishes the file.
 
 use bus::{PatternSubscriber, PortError, ReceiveError, Robot, Subscriber};
 use messages::code::{Process, Reason, State};
@@ -9,12 +9,15 @@ use messages::topic::{Element, Visitor, visit};
 use messages::{MAX_PHASES, Message, Topic};
 use node::{End, Failure, Program, Shell};
 use recorder::{Recorder, RecorderSettings};
+use recording::WriteError;
+use std::path::Path;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// How many messages of a topic may wait: more than half a second's.
 const DEPTH: usize = 128;
-/// How long it sleeps when there was nothing to store: half a tick.
+/// How long it sleeps between two looks: half a tick.
 const NAP: Duration = Duration::from_micros(2500);
 
 struct RecorderProcess(RecorderSettings);
@@ -34,21 +37,33 @@ impl Program for RecorderProcess {
     }
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
+        let utc_minus_monotonic_ns = shell.real_time().then(utc_minus_monotonic_ns);
+        let log_time = if shell.real_time() { "universal time" } else { "control time: tick x 5 ms" };
         let facts = [
+            ("started_utc", files::utc::text(SystemTime::now())),
+            ("host", host()),
             ("version", node::VERSION.to_string()),
             ("vector_instructions", node::vector_instructions()),
             ("domain", shell.domain().name().to_string()),
             ("pace", if shell.real_time() { "real time" } else { "lock-step" }.to_string()),
-            ("log_time", "control time: tick x 5 ms".to_string()),
+            ("log_time", log_time.to_string()),
+            ("kept sole/contact", format!("1 of {} ticks", self.0.contact_every_ticks)),
+            ("kept health/recorder", format!("1 of {} ticks", recorder::OWN_HEALTH_TICKS)),
             ("units", "SI, radians; world frame z up; feet left, right".to_string()),
         ];
-        let info = self.0.run_info(&facts).map_err(Failure::running)?;
-        let mut recorder = Recorder::create(&self.0, info).map_err(Failure::running)?;
+        let mut info = self.0.run_info(&facts).map_err(Failure::running)?;
+        info.utc_minus_monotonic_ns = utc_minus_monotonic_ns;
+        // Where files may not grow beyond a size, writing shall fail and not kill.
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).map_err(Failure::running)?;
+        let mut recorder = Recorder::create(&self.0, info).map_err(|error| match error {
+            WriteError::Exists { .. } => Failure::unusable(error),
+            _ => Failure::Storage(error.into()),
+        })?;
         let mut inputs = Inputs { shell, inputs: Vec::new() };
         visit(&mut inputs)?;
         let mut inputs = inputs.inputs;
-        // The topics are listed as they follow from each other. Looked at the other way round, what a message answers is recorded with
-        // it even if this round should be the last one.
+        // The topics are listed as they follow from each other. Looked at the other way round, what a message answers
+        // is recorded with it even if this round should be the last one.
         inputs.reverse();
         shell.ready()?;
         let mut flushed = Instant::now();
@@ -73,7 +88,9 @@ impl Program for RecorderProcess {
             shell.figures().lost = drained.lost;
             shell.figures().stored_tick = recorder.last_tick();
             let goes_on = if drained.news > 0 {
-                shell.cycle_ends(recorder.last_tick())
+                // Also after news a nap: looking for more at once finds one message at a time, and looking costs more
+                // than storing.
+                shell.cycle_ends(recorder.last_tick()).and_then(|()| shell.idle(NAP).map(drop))
             } else if last_round {
                 break Ok(End::Asked);
             } else {
@@ -84,10 +101,31 @@ impl Program for RecorderProcess {
             }
         };
         let stored = recorder.stored();
-        let path = recorder.finish().map_err(Failure::running)?;
-        tracing::info!("{stored} messages in {}", path.display());
-        end
+        match recorder.finish() {
+            Ok(path) => {
+                tracing::info!("{stored} messages in {}", path.display());
+                end
+            }
+            Err(broken_off) => {
+                shell.figures().state = State::Holding.code();
+                shell.figures().reason = Reason::Storage.code();
+                shell.figures().lost = broken_off.dropped;
+                Err(Failure::Storage(broken_off.into()))
+            }
+        }
     }
+}
+
+/// What makes universal time of `CLOCK_MONOTONIC`.
+fn utc_minus_monotonic_ns() -> i128 {
+    let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    utc.as_nanos() as i128 - i128::from(node::clock_monotonic_ns())
+}
+
+/// Name of this machine.
+fn host() -> String {
+    let name = files::read_text(Path::new("/proc/sys/kernel/hostname"), 1 << 10).unwrap_or_default();
+    name.trim().to_string()
 }
 
 /// What a round brought.

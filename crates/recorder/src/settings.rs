@@ -1,10 +1,11 @@
 //! `config/recorder.toml`, where every key is documented, and what is read with it.
 
-use recording::{Follower, RunInfo, ViewerSettings};
+use recording::{Follower, Link, RunInfo, ViewerSettings};
 use robot::{Robot, RobotError};
-use robot_model::RobotModelError;
+use robot_model::{Motion, RobotModelError};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -12,6 +13,12 @@ struct File {
     robot: PathBuf,
     sole_file: Option<PathBuf>,
     output_file: PathBuf,
+    #[serde(default)]
+    overwrite: bool,
+    #[serde(default)]
+    scenario: String,
+    #[serde(default)]
+    settings: Vec<String>,
     attachment_folder: PathBuf,
     flush_period_s: f64,
     contact_every_ticks: i64,
@@ -28,8 +35,14 @@ pub struct RecorderSettings {
     pub sole_file: Option<PathBuf>,
     /// The description of the sole, and its mesh if it has one; known once the robot has been read.
     pub sole_files: Vec<PathBuf>,
-    /// The recording.
+    /// The recording; `{start}` in its name stands for the time at which it is begun.
     pub output_file: PathBuf,
+    /// Whether a finished recording of this name is replaced.
+    pub overwrite: bool,
+    /// What was launched, if a launcher did.
+    pub scenario: String,
+    /// What was changed for it on the command line.
+    pub settings: Vec<String>,
     /// Folder whose files are attached.
     pub attachment_folder: Option<PathBuf>,
     /// How often everything so far is made readable.
@@ -90,6 +103,9 @@ impl TryFrom<File> for RecorderSettings {
             sole_file: file.sole_file,
             sole_files: Vec::new(),
             output_file: file.output_file,
+            overwrite: file.overwrite,
+            scenario: file.scenario,
+            settings: file.settings,
             attachment_folder,
             flush_period_s: file.flush_period_s,
             contact_every_ticks: file.contact_every_ticks,
@@ -100,6 +116,8 @@ impl TryFrom<File> for RecorderSettings {
 
 /// Files larger than this are not attached (meshes for the eye).
 const ATTACHMENT_MAX_BYTES: u64 = 8 << 20;
+/// All attached files together are not larger than this.
+const ATTACHMENTS_MAX_BYTES: u64 = 64 << 20;
 
 impl RecorderSettings {
     /// Reads the robot: names and sizes for the viewers.
@@ -119,10 +137,33 @@ impl RecorderSettings {
             })
             .collect();
         self.viewer.base_link = robot.description.base_link.clone();
+        let names = self.viewer.joint_names.iter().chain(self.viewer.followers.iter().map(|follower| &follower.name));
+        let names: Vec<&String> = names.collect();
+        let links = robot_model::drawn_links(&robot)?.into_iter().map(|link| Link {
+            moved_by: match link.motion {
+                Motion::Fixed => None,
+                Motion::Turns | Motion::Slides => names.iter().position(|name| **name == link.joint),
+            },
+            name: link.name,
+            parent: link.parent,
+            position_m: link.position_m,
+            rotation: link.rotation,
+            axis: link.axis,
+            slides: link.motion == Motion::Slides,
+        });
+        self.viewer.links = links.collect();
+        self.viewer.urdf = robot.urdf.clone();
         self.viewer.sole_size_m = robot.sole_outline().size_m;
         self.sole_files =
             std::iter::once(robot.sole_file.clone()).chain(robot.sole.mesh_file(&robot.sole_file)).collect();
         Ok(())
+    }
+
+    /// Where a recording is written that is begun at some time.
+    #[must_use]
+    pub fn output_path(&self, start: SystemTime) -> PathBuf {
+        let name = self.output_file.file_name().unwrap_or_default().to_string_lossy();
+        self.output_file.with_file_name(name.replace("{start}", &files::utc::compact(start)))
     }
 
     /// Facts about this run and the files to attach: those of the attachment folder and of the robot's folder, and
@@ -133,6 +174,8 @@ impl RecorderSettings {
     pub fn run_info(&self, facts: &[(&str, String)]) -> std::io::Result<RunInfo> {
         let mut info = RunInfo::default();
         info.facts.extend(facts.iter().map(|(key, value)| ((*key).to_string(), value.clone())));
+        let launched = [("scenario", self.scenario.clone()), ("settings", self.settings.join(" "))];
+        info.facts.extend(launched.map(|(key, value)| (key.to_string(), value)));
         if let Some(folder) = &self.attachment_folder {
             attach(folder, "config", &mut info)?;
         }
@@ -144,6 +187,7 @@ impl RecorderSettings {
     }
 }
 
+/// Attaches the files of a folder and, as far as names are believed, of the folders in it: meshes.
 fn attach(folder: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()> {
     let mut paths: Vec<PathBuf> = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -152,15 +196,32 @@ fn attach(folder: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()
     // The order in which a file system lists its files must not change the recording.
     paths.sort();
     for path in paths {
-        attach_file(&path, prefix, info)?;
+        let Some(name) = path.file_name() else { continue };
+        let name = format!("{prefix}/{}", name.to_string_lossy());
+        if !files::stays_inside(Path::new(&name)) {
+            continue;
+        }
+        // Not followed: a link to a folder may lead round in a circle.
+        if path.symlink_metadata()?.is_dir() {
+            attach(&path, &name, info)?;
+        } else {
+            attach_file(&path, prefix, info)?;
+        }
     }
     Ok(())
 }
 
+/// Attaches a file; one that is too large, or of another kind, is left out and named.
 fn attach_file(path: &Path, prefix: &str, info: &mut RunInfo) -> std::io::Result<()> {
-    let metadata = path.metadata()?;
-    if let (true, Some(name)) = (metadata.is_file() && metadata.len() <= ATTACHMENT_MAX_BYTES, path.file_name()) {
-        info.files.push((format!("{prefix}/{}", name.to_string_lossy()), std::fs::read(path)?));
+    let Some(name) = path.file_name() else { return Ok(()) };
+    let attached: u64 = info.files.iter().map(|(_, content)| content.len() as u64).sum();
+    let room = ATTACHMENT_MAX_BYTES.min(ATTACHMENTS_MAX_BYTES.saturating_sub(attached));
+    match files::read(path, room) {
+        Ok(content) => info.files.push((format!("{prefix}/{}", name.to_string_lossy()), content)),
+        Err(error) if error.get_ref().is_some_and(|inner| inner.is::<files::Refused>()) => {
+            tracing::warn!("{} is not attached to the recording: it {error}", path.display());
+        }
+        Err(error) => return Err(error),
     }
     Ok(())
 }
@@ -176,6 +237,9 @@ mod tests {
             sole_file: None,
             sole_files: Vec::new(),
             output_file: PathBuf::new(),
+            overwrite: false,
+            scenario: String::new(),
+            settings: Vec::new(),
             attachment_folder: None,
             flush_period_s: 1.0,
             contact_every_ticks: 1,
@@ -184,10 +248,36 @@ mod tests {
     }
 
     #[test]
+    fn meshes_in_folders_are_attached_and_what_is_no_file_is_not() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir_all(folder.path().join("meshes/left")).expect("writable");
+        std::fs::write(folder.path().join("meshes/left/foot.stl"), "solid").expect("writable");
+        std::fs::write(folder.path().join("robot.toml"), "x").expect("writable");
+        std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero")).expect("a link");
+        std::os::unix::fs::symlink(".", folder.path().join("round")).expect("a link");
+        let info = settings(folder.path()).run_info(&[]).expect("readable");
+        let names: Vec<&str> = info.files.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["robot/meshes/left/foot.stl", "robot/robot.toml"]);
+    }
+
+    #[test]
+    fn recordings_are_called_after_their_begin_where_that_is_wanted() {
+        let mut settings = settings(Path::new(""));
+        settings.output_file = PathBuf::from("a/walk-{start}.mcap");
+        let time = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_795_297_512);
+        assert_eq!(settings.output_path(time), Path::new("a/walk-20261121T214512Z.mcap"));
+        settings.output_file = PathBuf::from("walk.mcap");
+        assert_eq!(settings.output_path(time), Path::new("walk.mcap"));
+    }
+
+    #[test]
     fn viewers_are_told_of_joints_that_follow_others() {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
         let mut plain = settings(&shipped);
         plain.read_robot().expect("it ships");
+        let links = &plain.viewer.links;
+        assert_eq!(links.iter().filter(|link| link.moved_by.is_some()).count(), 34, "a link for each joint");
+        assert!(links.len() > 34 && plain.viewer.urdf.contains("<robot"));
         assert_eq!((plain.viewer.joint_names.len(), plain.viewer.followers.len()), (34, 0));
 
         // The same robot, one finger of which closes with the thumb and has no drive of its own.

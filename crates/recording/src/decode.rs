@@ -15,8 +15,10 @@ pub(crate) fn decode(plan: &Plan, mut content: &[u8], bytes: &mut [u8]) -> Optio
         match (&field.kind, raw) {
             (Kind::Number(Number::F64), Raw::Fixed64(value)) => bytes.copy_from_slice(&value),
             (Kind::Number(number), Raw::Varint(value)) => put(*number, value, bytes)?,
-            (Kind::Packed(Number::F64), Raw::Bytes(packed)) => bytes.get_mut(..packed.len())?.copy_from_slice(packed),
-            (Kind::Packed(number), Raw::Bytes(mut packed)) => {
+            (Kind::Packed(Number::F64, _), Raw::Bytes(packed)) => {
+                bytes.get_mut(..packed.len())?.copy_from_slice(packed)
+            }
+            (Kind::Packed(number, _), Raw::Bytes(mut packed)) => {
                 let mut places = bytes.chunks_exact_mut(number.size());
                 while !packed.is_empty() {
                     put(*number, take_varint(&mut packed)?, places.next()?)?;
@@ -43,13 +45,16 @@ fn put(number: Number, value: u64, bytes: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// The field of a number in a message, as often as it is there.
-pub(crate) fn nested(mut content: &[u8], number: u32) -> Option<Vec<&[u8]>> {
+/// The field of a number in a message, as often as it is there; `None` also if that is more than `most` times.
+pub(crate) fn nested(mut content: &[u8], number: u32, most: usize) -> Option<Vec<&[u8]>> {
     let mut found = Vec::new();
     while !content.is_empty() {
         if let (found_number, Raw::Bytes(bytes)) = take_field(&mut content)?
             && found_number == number
         {
+            if found.len() == most {
+                return None;
+            }
             found.push(bytes);
         }
     }

@@ -1,14 +1,15 @@
 //! From the bytes of a message to protobuf.
 
-use crate::plan::{Kind, Number, Plan};
+use crate::plan::{Kind, Number, Plan, Stored};
 use crate::wire::{FIXED64, VARINT, put_key, put_nested, put_varint, zigzag};
 
-/// Appends the message whose memory is `bytes`. Numbers whose bits are all zero are left out, also at the end of arrays; a
-/// negative zero is not among them.
+/// Appends the message whose memory is `bytes`. Single numbers whose bits are all zero are left out; a negative zero
+/// is not among them. Arrays have the length that [`Stored`] says.
 pub(crate) fn encode(plan: &Plan, bytes: &[u8], out: &mut Vec<u8>) {
     assert_eq!(bytes.len(), plan.size, "the bytes of another message");
+    let whole = bytes;
     for field in &plan.fields {
-        let bytes = &bytes[field.offset..field.offset + field.size];
+        let bytes = &whole[field.offset..field.offset + field.size];
         match &field.kind {
             Kind::Number(number) => {
                 if bytes.iter().any(|byte| *byte != 0) {
@@ -16,11 +17,20 @@ pub(crate) fn encode(plan: &Plan, bytes: &[u8], out: &mut Vec<u8>) {
                     put_number(*number, bytes, out);
                 }
             }
-            Kind::Packed(number) => {
+            Kind::Packed(number, stored) => {
+                let all = bytes.len() / number.size();
+                let wanted = match *stored {
+                    Stored::Whole => all,
+                    Stored::Counted { offset, numbers } => {
+                        let count = whole[offset..offset + 4].try_into().expect("four bytes");
+                        (u32::from_le_bytes(count) as usize).saturating_mul(numbers).min(all)
+                    }
+                };
                 let used = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last / number.size() + 1);
-                if used > 0 {
+                let stored = used.max(wanted);
+                if stored > 0 {
                     put_nested(out, field.number, |out| {
-                        for bytes in bytes[..used * number.size()].chunks_exact(number.size()) {
+                        for bytes in bytes[..stored * number.size()].chunks_exact(number.size()) {
                             put_number(*number, bytes, out);
                         }
                     });

@@ -1,5 +1,6 @@
 //! What may go wrong.
 
+use crate::record::Broken;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -49,6 +50,12 @@ pub enum WriteError {
         /// Why.
         source: std::io::Error,
     },
+    /// There is something of this name. Remedy: another name, or ask for it to be replaced.
+    #[error("{} exists and is not replaced: choose another name, move it away, or ask for `overwrite`", path.display())]
+    Exists {
+        /// Which.
+        path: PathBuf,
+    },
     /// Writing failed: disk full?
     #[error("cannot write to the recording (is the disk full?)")]
     Mcap(#[from] mcap::McapError),
@@ -68,13 +75,49 @@ pub enum ReadError {
         /// Why.
         source: std::io::Error,
     },
-    /// It is no MCAP file, or one that was not finished: `recover` it.
-    #[error("{} is no finished recording", path.display())]
-    Mcap {
+    /// There is nothing in it.
+    #[error("{} is empty: nothing was recorded", path.display())]
+    Empty {
         /// Which.
         path: PathBuf,
+    },
+    /// It is of another format.
+    #[error("{} is no MCAP file (it begins with `{begin}`): is it a recording?", path.display())]
+    Foreign {
+        /// Which.
+        path: PathBuf,
+        /// Its first bytes.
+        begin: String,
+    },
+    /// It was not finished. Remedy: recover it.
+    #[error(
+        "{} is no finished recording: its recorder still works, was killed, or the file was cut short; what is whole is \
+         saved by `soleus-inspect recording --recover {}`", path.display(), path.display()
+    )]
+    Unfinished {
+        /// Which.
+        path: PathBuf,
+    },
+    /// It is damaged.
+    #[error("{} is damaged at byte {at}", path.display())]
+    Broken {
+        /// Which.
+        path: PathBuf,
+        /// Where the damaged record begins.
+        at: u64,
         /// What is wrong.
-        source: mcap::McapError,
+        source: Broken,
+    },
+    /// It says nothing about a run. Remedy: filters of MCAP files have options that keep metadata and attachments.
+    #[error(
+        "{} was written by `{library}` and says nothing about a run of Soleus (it lacks the metadata `soleus`): a recording of \
+         another program, or one that a filter has left without metadata and attachments", path.display()
+    )]
+    NotOurs {
+        /// Which.
+        path: PathBuf,
+        /// Who says to have written it.
+        library: String,
     },
     /// It has messages of a version this build does not know.
     #[error("{} has `{topic}` as {found}, this build knows {expected}", path.display())]
@@ -96,9 +139,37 @@ pub enum ReadError {
         /// The topic.
         topic: String,
         /// Which of the topic, from zero.
-        index: usize,
+        index: u64,
+    },
+    /// Its messages are many times larger than the file.
+    #[error(
+        "{}: its messages would take more than {}, many times the file's size", path.display(),
+        files::size_text(*max_bytes)
+    )]
+    TooMuch {
+        /// The file.
+        path: PathBuf,
+        /// What they may take.
+        max_bytes: u64,
     },
     /// See there.
     #[error(transparent)]
     Schema(#[from] SchemaError),
+}
+
+/// An unfinished recording cannot be finished.
+#[derive(Debug, Error)]
+pub enum RecoverError {
+    /// It is still being written.
+    #[error("{} is still being written: stop its recorder first", path.display())]
+    UnderWay {
+        /// Which.
+        path: PathBuf,
+    },
+    /// It cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] ReadError),
+    /// The finished one cannot be written.
+    #[error(transparent)]
+    Unwritten(#[from] WriteError),
 }

@@ -2,36 +2,52 @@
 //!
 //! A recording holds, chunked, indexed and zstd-compressed:
 //!
-//! - **the exact messages** of every topic, under the topic's name with a `/` in front (`/robot/state`), as protobuf after
-//!   `proto/soleus.proto`: every number comes back bit for bit, so that any process can be run again against the recording;
-//! - **the same for viewers**: `/tf` (`foxglove.FrameTransforms`), `/joint_states` (`foxglove.JointStates`: the joints of
-//!   the messages, and those that follow them by `<mimic>`), `/scene` (`foxglove.SceneUpdate`), made from the truth by
-//!   [`Viewer`];
-//! - metadata `soleus` (version, commit, host, pace, ..) and attachments (effective configuration, the robot's files).
+//! - **the exact messages** of every topic, under the topic's name with a `/` in front (`/robot/state`), as protobuf
+//!   after `proto/soleus.proto`: every number comes back bit for bit, so that any process can be run again against
+//!   the recording;
+//! - **the same for viewers**, made from the truth by [`Viewer`]: `/robot_description` (`std_msgs/msg/String`: the
+//!   URDF), `/tf` (`foxglove.FrameTransforms`: every link), `/joint_states` (`sensor_msgs/msg/JointState`: the joints
+//!   of the messages, and those that follow them by `<mimic>`), `/scene` and `/scene/contact`
+//!   (`foxglove.SceneUpdate`), `/log` (`foxglove.Log`: what happens);
+//! - metadata `soleus` (version, commit, host, begin, scenario, settings, pace, ..) and `soleus.result` (how it
+//!   ended), and attachments (effective configuration, the robot's files).
 //!
-//! Log time is the control time: tick x 5 ms, from zero, so that a recording of a run in lock-step is the same however fast it
-//! ran. The producer's clock, if it had one, is in each message's header.
+//! Log time is the control time in lock-step: tick x 5 ms, from zero, so that a recording is the same however fast it
+//! ran. In real time it is universal time. What belongs to no tick (a process that waits) is where the recording has
+//! come to.
 //!
-//! A file under way is called `NAME.mcap.partial`; [`Writer::flush`] makes everything so far readable, [`Writer::finish`] writes
-//! the index and gives the file its name. [`recover`] does that for what a killed process left.
+//! A file under way is called `NAME.mcap.partial`; [`Writer::flush`] makes everything so far readable,
+//! [`Writer::finish`] writes the index and gives the file its name. [`recover`] does that for what a killed process
+//! left.
 //!
-//! The schema is *written*, not derived from the messages: a derived one would silently break old files. Encoding is driven by
-//! two descriptions, the [`messages::Shape`] of a message and the compiled schema, joined by field names once at start.
+//! The schema is *written*, not derived from the messages: a derived one would silently break old files. Encoding is
+//! driven by two descriptions, the [`messages::Shape`] of a message and the compiled schema, joined by field names
+//! once at start.
 
+mod chunk;
+mod columns;
 mod decode;
 mod encode;
 mod error;
+mod events;
 mod plan;
 mod reader;
+mod record;
 mod recover;
+mod ros;
+mod source;
+mod survey;
 mod viewer;
 mod wire;
 mod writer;
 
-pub use error::{ReadError, SchemaError, WriteError};
-pub use reader::{Recorded, Recording};
-pub use recover::{Recovered, recover};
-pub use viewer::{Follower, Viewer, ViewerSettings};
+pub use columns::columns;
+pub use error::{ReadError, RecoverError, SchemaError, WriteError};
+pub use reader::{Entry, Recording};
+pub use record::Broken;
+pub use recover::{Recovered, Recovery, recover, recover_file};
+pub use survey::{Survey, Surveyed};
+pub use viewer::{Follower, Link, Viewer, ViewerSettings};
 pub use writer::{RunInfo, Writer};
 
 /// Ending of a file under way.

@@ -1,7 +1,7 @@
 //! What viewers show: transforms, joints, and a scene of soles, forces, centre of mass and zero-moment point.
 
-use crate::log_time_ns;
-use crate::wire::{VARINT, put_double, put_key, put_nested, put_text, put_varint};
+use crate::ros;
+use crate::wire::{VARINT, put_double, put_key, put_nested, put_text, put_time, put_varint};
 use messages::{ContactNodes, SoleContact, Truth};
 
 /// Newtons that are drawn as long as a metre.
@@ -24,13 +24,18 @@ pub struct ViewerSettings {
     pub followers: Vec<Follower>,
     /// Name of the floating base's link.
     pub base_link: String,
+    /// All other links.
+    pub links: Vec<Link>,
+    /// Text of the URDF; viewers draw its shapes.
+    pub urdf: String,
     /// Length, width and thickness of the soles; the sole frame is at the centre of the bottom.
     pub sole_size_m: [f64; 3],
-    /// How often the scene is drawn; at least 1.
+    /// How often scene and transforms are drawn; at least 1.
     pub scene_every_ticks: i64,
 }
 
-/// A joint at `multiplier * leader + offset` (`<mimic>` in a URDF): viewers draw it at zero if they are not told where it is.
+/// A joint at `multiplier * leader + offset` (`<mimic>` in a URDF): viewers draw it at zero if they are not told
+/// where it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Follower {
     /// Name of the joint.
@@ -43,10 +48,34 @@ pub struct Follower {
     pub offset: f64,
 }
 
+/// A link and where it is held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Its name.
+    pub name: String,
+    /// The link that holds it.
+    pub parent: String,
+    /// Where it is in its parent when its joint is at zero (m).
+    pub position_m: [f64; 3],
+    /// How it is turned then, row-major.
+    pub rotation: [f64; 9],
+    /// The joint that moves it, in the order of the messages and then of the followers; `None`: none does.
+    pub moved_by: Option<usize>,
+    /// Unit vector about which it turns or along which it slides.
+    pub axis: [f64; 3],
+    /// Whether it slides.
+    pub slides: bool,
+}
+
 /// Draws.
 #[derive(Debug, Clone)]
 pub struct Viewer {
     settings: ViewerSettings,
+    /// Joints and followers of the truth at hand: names, positions, rates, torques.
+    names: Vec<String>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+    efforts: Vec<f64>,
 }
 
 type Mat3 = [f64; 9];
@@ -54,68 +83,79 @@ type Mat3 = [f64; 9];
 impl Viewer {
     /// With settings.
     pub fn new(settings: ViewerSettings) -> Self {
-        Self { settings }
+        Self { settings, names: Vec::new(), positions: Vec::new(), velocities: Vec::new(), efforts: Vec::new() }
     }
 
     pub(crate) fn scene_every_ticks(&self) -> i64 {
         self.settings.scene_every_ticks.max(1)
     }
 
-    /// `foxglove.FrameTransforms`: base and soles in the world.
-    pub(crate) fn transforms(&self, truth: &Truth, out: &mut Vec<u8>) {
-        let time_ns = log_time_ns(truth.header.tick);
-        let mut transform = |child: &str, position: [f64; 3], rotation: &Mat3| {
+    pub(crate) fn urdf(&self) -> &str {
+        &self.settings.urdf
+    }
+
+    /// Takes the joints out of the truth.
+    pub(crate) fn look_at(&mut self, truth: &Truth) {
+        let count = (truth.joint_count as usize).min(truth.joint_position_rad.len());
+        let ViewerSettings { joint_names, followers, .. } = &self.settings;
+        if self.names.len() != count + followers.len() {
+            let name = |joint| joint_names.get(joint).cloned().unwrap_or_else(|| format!("joint {joint}"));
+            self.names = (0..count).map(name).chain(followers.iter().map(|follower| follower.name.clone())).collect();
+        }
+        for (out, values, is_position) in [
+            (&mut self.positions, &truth.joint_position_rad, true),
+            (&mut self.velocities, &truth.joint_velocity_rad_per_s, false),
+        ] {
+            out.clear();
+            out.extend_from_slice(&values[..count]);
+            for Follower { leader, multiplier, offset, .. } in followers {
+                let of_leader = leader.and_then(|leader| values[..count].get(leader)).copied().unwrap_or(0.0);
+                out.push(multiplier * of_leader + if is_position { *offset } else { 0.0 });
+            }
+        }
+        self.efforts.clear();
+        self.efforts.extend_from_slice(&truth.joint_torque_nm[..count]);
+        self.efforts.resize(self.names.len(), 0.0);
+    }
+
+    /// `foxglove.FrameTransforms`: base and soles in the world, every link in its parent.
+    pub(crate) fn transforms(&self, truth: &Truth, time_ns: u64, out: &mut Vec<u8>) {
+        let mut transform = |parent: &str, child: &str, position: [f64; 3], rotation: &Mat3| {
             put_nested(out, 1, |out| {
                 put_time(out, 1, time_ns);
-                put_text(out, 2, "world");
+                put_text(out, 2, parent);
                 put_text(out, 3, child);
                 put_vector(out, 4, position);
                 put_rotation(out, 5, rotation);
             });
         };
-        transform(&self.settings.base_link, truth.base_position_m, &truth.base_rotation);
+        transform("world", &self.settings.base_link, truth.base_position_m, &truth.base_rotation);
         for (foot, child) in ["left_sole", "right_sole"].into_iter().enumerate() {
-            transform(child, truth.sole_position_m[foot], &truth.sole_rotation[foot]);
+            transform("world", child, truth.sole_position_m[foot], &truth.sole_rotation[foot]);
+        }
+        for link in &self.settings.links {
+            let at = link.moved_by.and_then(|joint| self.positions.get(joint)).copied().unwrap_or(0.0);
+            let (position, rotation) = link.placed(at);
+            transform(&link.parent, &link.name, position, &rotation);
         }
     }
 
-    /// `foxglove.JointStates`.
-    pub(crate) fn joints(&self, truth: &Truth, out: &mut Vec<u8>) {
-        put_time(out, 1, log_time_ns(truth.header.tick));
-        let count = (truth.joint_count as usize).min(truth.joint_position_rad.len());
-        for joint in 0..count {
-            put_nested(out, 2, |out| {
-                match self.settings.joint_names.get(joint) {
-                    Some(name) => put_text(out, 1, name),
-                    None => put_text(out, 1, &format!("joint {joint}")),
-                }
-                put_double(out, 2, truth.joint_position_rad[joint]);
-                put_double(out, 3, truth.joint_velocity_rad_per_s[joint]);
-                put_double(out, 5, truth.joint_torque_nm[joint]);
-            });
-        }
-        for Follower { name, leader, multiplier, offset } in &self.settings.followers {
-            let of_leader =
-                |values: &[f64]| leader.and_then(|leader| values[..count].get(leader)).copied().unwrap_or(0.0);
-            put_nested(out, 2, |out| {
-                put_text(out, 1, name);
-                put_double(out, 2, multiplier * of_leader(&truth.joint_position_rad) + offset);
-                put_double(out, 3, multiplier * of_leader(&truth.joint_velocity_rad_per_s));
-            });
-        }
+    /// `sensor_msgs/msg/JointState`.
+    pub(crate) fn joints(&self, time_ns: u64, out: &mut Vec<u8>) {
+        let Self { names, positions, velocities, efforts, .. } = self;
+        ros::put_joints(&ros::Joints { time_ns, names, positions, velocities, efforts }, out);
     }
 
     /// `foxglove.SceneUpdate` of the truth.
-    pub(crate) fn scene(&self, truth: &Truth, out: &mut Vec<u8>) {
-        let time_ns = log_time_ns(truth.header.tick);
+    pub(crate) fn scene(&self, truth: &Truth, time_ns: u64, out: &mut Vec<u8>) {
         put_entity(out, time_ns, "robot", |out| {
             for foot in 0..2 {
                 let (position, rotation) = (truth.sole_position_m[foot], &truth.sole_rotation[foot]);
                 let [_, _, thickness] = self.settings.sole_size_m;
                 let middle = std::array::from_fn(|row| position[row] + rotation[3 * row + 2] * 0.5 * thickness);
                 put_solid(out, CUBES, middle, rotation, self.settings.sole_size_m, [BLUE, GREEN][foot]);
-                let [x, y, z, ..] = truth.foot_wrench[foot];
-                put_arrow(out, position, [x, y, z]);
+                let (from, force) = at_zmp(position, &truth.foot_wrench[foot]);
+                put_arrow(out, from, force);
             }
             put_solid(out, SPHERES, truth.com_position_m, &IDENTITY, [0.04; 3], ORANGE);
             let [x, y] = truth.zmp_m;
@@ -124,8 +164,8 @@ impl Viewer {
     }
 
     /// `foxglove.SceneUpdate` of the estimator's contact forces, node by node.
-    pub(crate) fn contact(&self, contact: &SoleContact, out: &mut Vec<u8>) {
-        put_entity(out, log_time_ns(contact.header.tick), "contact", |out| {
+    pub(crate) fn contact(&self, contact: &SoleContact, time_ns: u64, out: &mut Vec<u8>) {
+        put_entity(out, time_ns, "contact", |out| {
             put_nested(out, LINES, |out| {
                 put_key(out, 1, VARINT);
                 put_varint(out, LINE_LIST);
@@ -169,6 +209,44 @@ fn put_solid(out: &mut Vec<u8>, number: u32, middle: [f64; 3], rotation: &Mat3, 
     });
 }
 
+/// Where the force of a wrench about `origin` (world axes) acts: at the zero-moment point in the horizontal plane
+/// through it.
+fn at_zmp(origin: [f64; 3], wrench: &[f64; 6]) -> ([f64; 3], [f64; 3]) {
+    let [force_x, force_y, force_z, moment_x, moment_y, _] = *wrench;
+    let force = [force_x, force_y, force_z];
+    if force_z < FORCE_MIN_N {
+        return (origin, force);
+    }
+    ([origin[0] - moment_y / force_z, origin[1] + moment_x / force_z, origin[2]], force)
+}
+
+impl Link {
+    /// Position and rotation in the parent with its joint at `q`.
+    fn placed(&self, q: f64) -> ([f64; 3], Mat3) {
+        let r = &self.rotation;
+        if self.slides {
+            let along = |row: usize| (0..3).map(|k| r[3 * row + k] * self.axis[k]).sum::<f64>() * q;
+            return (std::array::from_fn(|row| self.position_m[row] + along(row)), *r);
+        }
+        // Rodrigues: 1 + sin q [a] + (1 - cos q) [a]^2.
+        let ([x, y, z], (sin, cos)) = (self.axis, q.sin_cos());
+        let c = 1.0 - cos;
+        let turn = [
+            cos + c * x * x,
+            c * x * y - sin * z,
+            c * x * z + sin * y,
+            c * x * y + sin * z,
+            cos + c * y * y,
+            c * y * z - sin * x,
+            c * x * z - sin * y,
+            c * y * z + sin * x,
+            cos + c * z * z,
+        ];
+        let product = |k: usize| (0..3).map(|j| r[3 * (k / 3) + j] * turn[3 * j + k % 3]).sum();
+        (self.position_m, std::array::from_fn(product))
+    }
+}
+
 /// A force as an arrow; arrows point along their x axis.
 fn put_arrow(out: &mut Vec<u8>, from: [f64; 3], force: [f64; 3]) {
     let magnitude = force.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -204,15 +282,6 @@ fn put_node_forces(out: &mut Vec<u8>, nodes: &ContactNodes) {
     }
 }
 
-fn put_time(out: &mut Vec<u8>, number: u32, time_ns: u64) {
-    put_nested(out, number, |out| {
-        put_key(out, 1, VARINT);
-        put_varint(out, time_ns / 1_000_000_000);
-        put_key(out, 2, VARINT);
-        put_varint(out, time_ns % 1_000_000_000);
-    });
-}
-
 fn put_pose(out: &mut Vec<u8>, number: u32, position: [f64; 3], rotation: &Mat3) {
     put_nested(out, number, |out| {
         put_vector(out, 1, position);
@@ -233,7 +302,8 @@ fn put_rotation(out: &mut Vec<u8>, number: u32, rotation: &Mat3) {
     put_nested(out, number, |out| (1..).zip(quaternion).for_each(|(number, x)| put_double(out, number, x)));
 }
 
-/// Quaternion x, y, z, w of a rotation matrix (row-major), from its largest component, so that nothing is divided by little.
+/// Quaternion x, y, z, w of a rotation matrix (row-major), from its largest component, so that nothing is divided by
+/// little.
 fn quaternion(r: &Mat3) -> [f64; 4] {
     let trace = r[0] + r[4] + r[8];
     let candidates = [r[0], r[4], r[8], trace];
@@ -260,6 +330,30 @@ fn normalized(a: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn links_turn_about_and_slide_along_their_axes() {
+        // The joint's frame is a quarter turn about x from its parent's: its z axis points along the parent's -y.
+        let rotation = [1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0];
+        let mut link = Link {
+            name: String::new(),
+            parent: String::new(),
+            position_m: [1.0, 2.0, 3.0],
+            rotation,
+            moved_by: Some(0),
+            axis: [0.0, 0.0, 1.0],
+            slides: false,
+        };
+        let (position, turned) = link.placed(std::f64::consts::FRAC_PI_2);
+        assert_eq!(position, [1.0, 2.0, 3.0]);
+        // x of the child: a quarter turn about z leads x to y, which is the parent's z.
+        let child_x = [turned[0], turned[3], turned[6]];
+        assert!(child_x.iter().zip([0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{child_x:?}");
+        link.slides = true;
+        assert_eq!(link.placed(0.5), ([1.0, 1.5, 3.0], rotation));
+        assert_eq!(at_zmp([1.0, 2.0, 0.0], &[5.0, 0.0, 100.0, 3.0, -4.0, 7.0]).0, [1.04, 2.03, 0.0]);
+        assert_eq!(at_zmp([1.0, 2.0, 0.0], &[0.0, 0.0, 0.0, 3.0, -4.0, 7.0]).0, [1.0, 2.0, 0.0]);
+    }
 
     #[test]
     fn quaternions_are_right_whatever_component_is_largest() {

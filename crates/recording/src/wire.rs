@@ -39,6 +39,16 @@ pub(crate) fn put_nested(out: &mut Vec<u8>, number: u32, content: impl FnOnce(&m
     out[start..].rotate_right(head_len);
 }
 
+/// `google.protobuf.Timestamp`.
+pub(crate) fn put_time(out: &mut Vec<u8>, number: u32, time_ns: u64) {
+    put_nested(out, number, |out| {
+        put_key(out, 1, VARINT);
+        put_varint(out, time_ns / 1_000_000_000);
+        put_key(out, 2, VARINT);
+        put_varint(out, time_ns % 1_000_000_000);
+    });
+}
+
 /// Signed numbers, small ones of either sign first.
 pub(crate) fn zigzag(value: i64) -> u64 {
     (value << 1 ^ value >> 63) as u64

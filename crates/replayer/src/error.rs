@@ -38,7 +38,9 @@ pub enum ReplayError {
         lost: i64,
     },
     /// The publisher of a topic was started anew in the middle.
-    #[error("`{topic}`: tick {tick} comes after tick {before}: its process was restarted, which cannot be replayed")]
+    #[error(
+        "`{topic}`: its process was restarted between tick {before} and tick {tick}, or two ran at once, which cannot be replayed"
+    )]
     Restart {
         /// Which.
         topic: &'static str,
@@ -53,6 +55,15 @@ pub enum ReplayError {
         /// Its name in the recording.
         name: String,
     },
+    /// A file is attached twice: which one the run had is not known.
+    #[error("`{name}` is attached to the recording twice")]
+    AttachedTwice {
+        /// Its name in the recording.
+        name: String,
+    },
+    /// It was asked to stop.
+    #[error("asked to stop")]
+    Asked,
     /// Its files cannot be put where the process reads them.
     #[error("cannot write {}", path.display())]
     Unpack {

@@ -3,10 +3,10 @@
 use crate::error::ReplayError;
 use messages::code::Process;
 use messages::{
-    Message, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Topic, Truth,
+    Header, Message, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Topic, Truth,
     WalkStart, topic,
 };
-use recording::Recording;
+use recording::{ReadError, Recording};
 use std::collections::BTreeMap;
 
 /// The messages of a topic by tick.
@@ -17,19 +17,25 @@ pub struct Messages<T> {
 }
 
 impl<T: Message> Messages<T> {
-    /// Reads a topic of which any message may be missing.
-    fn some(recording: &Recording, topic: Topic<T>) -> Result<Self, ReplayError> {
+    /// Messages of a topic as they lie in a recording, in whatever order that is.
+    fn of(topic: Topic<T>, messages: Vec<T>) -> Result<Self, ReplayError> {
+        let topic = topic.name();
         let mut by_tick = BTreeMap::new();
-        for message in recording.messages(topic)? {
+        for message in messages {
             let tick = message.header().tick;
-            if let Some((&before, _)) = by_tick.last_key_value()
-                && before >= tick
-            {
-                return Err(ReplayError::Restart { topic: topic.name(), tick, before });
+            if by_tick.insert(tick, message).is_some() {
+                return Err(ReplayError::Restart { topic, tick, before: tick });
             }
-            by_tick.insert(tick, message);
         }
-        Ok(Self { topic: topic.name(), by_tick })
+        // A publisher that was started anew counts anew. Of a replay's recording nobody counted.
+        let mut before: Option<&Header> = None;
+        for header in by_tick.values().map(Message::header) {
+            if let Some(before) = before.filter(|before| before.sequence > header.sequence) {
+                return Err(ReplayError::Restart { topic, tick: header.tick, before: before.tick });
+            }
+            before = Some(header);
+        }
+        Ok(Self { topic, by_tick })
     }
 
     /// That no tick is missing from `first` to the last.
@@ -95,14 +101,38 @@ impl Inputs {
         if pace.as_deref() != Some("lock-step") {
             return Err(ReplayError::Pace { found: pace.unwrap_or_else(|| "?".to_string()) });
         }
+        let mut patterns = Vec::new();
+        let (mut starts, mut states, mut deformations) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut contacts, mut commands, mut truths) = (Vec::new(), Vec::new(), Vec::new());
+        recording.each(|entry| {
+            patterns.extend(entry.pattern()?);
+            starts.extend(entry.read(topic::WALK_START)?);
+            // What the process neither hears nor says is not kept: a long recording is large.
+            if process != Process::Planner {
+                states.extend(entry.read(topic::ROBOT_STATE)?);
+                if process != Process::Simulator {
+                    deformations.extend(entry.read(topic::SOLE_DEFORMATION)?);
+                }
+            }
+            match process {
+                Process::Estimator => contacts.extend(entry.read(topic::SOLE_CONTACT)?),
+                Process::Controller => commands.extend(entry.read(topic::ROBOT_COMMAND)?),
+                Process::Simulator => {
+                    commands.extend(entry.read(topic::ROBOT_COMMAND)?);
+                    truths.extend(entry.read(topic::TRUTH_ROBOT)?);
+                }
+                _ => {}
+            }
+            Ok::<_, ReadError>(())
+        })?;
         let mut inputs = Self {
-            pattern: recording.patterns()?.into_iter().next(),
-            starts: Messages::some(recording, topic::WALK_START)?,
-            states: Messages::some(recording, topic::ROBOT_STATE)?,
-            deformations: Messages::some(recording, topic::SOLE_DEFORMATION)?,
-            contacts: Messages::some(recording, topic::SOLE_CONTACT)?,
-            commands: Messages::some(recording, topic::ROBOT_COMMAND)?,
-            truths: Messages::some(recording, topic::TRUTH_ROBOT)?,
+            pattern: patterns.into_iter().min_by_key(|(header, _)| header.header.sequence),
+            starts: Messages::of(topic::WALK_START, starts)?,
+            states: Messages::of(topic::ROBOT_STATE, states)?,
+            deformations: Messages::of(topic::SOLE_DEFORMATION, deformations)?,
+            contacts: Messages::of(topic::SOLE_CONTACT, contacts)?,
+            commands: Messages::of(topic::ROBOT_COMMAND, commands)?,
+            truths: Messages::of(topic::TRUTH_ROBOT, truths)?,
         };
         match process {
             Process::Estimator => inputs.states = inputs.states.needed_by(process)?.complete_from(FIRST_TICK)?,

@@ -13,15 +13,16 @@ pub struct Keeper {
 }
 
 impl Keeper {
-    /// Begins it.
+    /// Begins it; nothing that exists is replaced unless it shall `overwrite`.
     ///
     /// # Errors
-    /// If the file cannot be made.
-    pub fn create(path: &Path, info: &RunInfo) -> Result<Self, WriteError> {
+    /// If there is something of this name, or the file cannot be made.
+    pub fn create(path: &Path, info: &RunInfo, overwrite: bool) -> Result<Self, WriteError> {
         let mut partial = path.as_os_str().to_os_string();
         partial.push(".");
         partial.push(PARTIAL);
-        let writer = Writer::create(path, info, ViewerSettings::default())?;
+        let create = if overwrite { Writer::create_over } else { Writer::create };
+        let writer = create(path, info, ViewerSettings::default())?;
         Ok(Self { writer, partial: partial.into(), failure: None })
     }
 
@@ -66,7 +67,7 @@ impl Keeper {
 /// # Errors
 /// If the run's recording is damaged.
 pub fn replayed_info(of: &Recording, facts: &[(&str, String)]) -> Result<RunInfo, recording::ReadError> {
-    let mut info = RunInfo { facts: of.facts()?, files: of.files()? };
+    let mut info = RunInfo { facts: of.facts()?, files: of.files()?, ..RunInfo::default() };
     info.facts.extend(facts.iter().map(|(key, value)| (format!("replay {key}"), value.clone())));
     Ok(info)
 }

@@ -30,5 +30,5 @@ pub use compare::{Comparison, Difference, TopicComparison};
 pub use error::ReplayError;
 pub use inputs::{Inputs, Messages};
 pub use keep::{Keeper, replayed_info};
-pub use replay::{Replayable, Said, replay};
+pub use replay::{Hear, Replayable, Said, replay};
 pub use unpack::Unpacked;

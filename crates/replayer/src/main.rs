@@ -6,11 +6,12 @@
 //! | 1 | something is different; the table says what |
 //! | 2 | arguments, recording or configuration are wrong |
 //! | 3 | the recording of the replay cannot be written |
+//! | 130 | asked to stop |
 #![allow(clippy::print_stdout, reason = "the comparison is what a replay is asked for")]
 
 use clap::{Parser, ValueEnum};
 use messages::code::Process;
-use node::LogFormat;
+use node::{LogFormat, Stop};
 use recording::Recording;
 use replayer::{Comparison, Inputs, Keeper, ReplayError, Replayable, Said, Unpacked, replay, replayed_info};
 use scenario::{Config, Setting};
@@ -24,7 +25,7 @@ use std::process::ExitCode;
 #[command(name = "soleus-replayer", version = node::VERSION)]
 #[command(
     after_help = "Exit codes: 0 the same to the bit (or within --tolerance); 1 different; 2 arguments, recording or \
-configuration wrong; 3 the recording of the replay cannot be written."
+configuration wrong; 3 the recording of the replay cannot be written; 130 asked to stop."
 )]
 struct Arguments {
     /// The recording.
@@ -50,6 +51,10 @@ struct Arguments {
     /// Keep what it says as a recording of its own.
     #[arg(long, value_name = "FILE.mcap")]
     out: Option<PathBuf>,
+
+    /// Replace the file of --out if there is one.
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 
     /// How diagnostics are written to standard error.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
@@ -100,7 +105,10 @@ fn main() -> ExitCode {
 type Stopped = (u8, Box<dyn Error>);
 
 fn run(arguments: &Arguments) -> Result<Comparison, Stopped> {
-    let wrong = |error: ReplayError| -> Stopped { (2, error.into()) };
+    let wrong =
+        |error: ReplayError| -> Stopped { (if matches!(error, ReplayError::Asked) { 130 } else { 2 }, error.into()) };
+    // Asked for by a signal it ends in an orderly way: what it has unpacked goes with it.
+    let stop = Stop::on_signals().map_err(|error| -> Stopped { (3, error.into()) })?;
     let unwritten = |error: recording::WriteError| -> Stopped { (3, error.into()) };
     let process = Replayable::from(arguments.process);
     let recording = Recording::open(&arguments.recording).map_err(|error| wrong(error.into()))?;
@@ -118,6 +126,7 @@ fn run(arguments: &Arguments) -> Result<Comparison, Stopped> {
         if let Some(keeper) = &mut keeper {
             keeper.store(&said);
         }
+        if stop.asked() { Err(ReplayError::Asked) } else { Ok(()) }
     };
     let comparison = replay(process, &inputs, &config, &mut store, &mut hear).map_err(wrong);
     match (keeper, &comparison) {
@@ -136,8 +145,7 @@ fn keep(path: &Path, recording: &Recording, arguments: &Arguments) -> Result<Kee
     if place(path).is_some_and(|path| Some(path) == place(&arguments.recording)) {
         return Err((2, format!("--out {}: that is the recording itself; name another file", path.display()).into()));
     }
-    let settings: Vec<String> =
-        arguments.settings.iter().map(|setting| format!("{}={}", setting.key.join("."), setting.value)).collect();
+    let settings: Vec<String> = arguments.settings.iter().map(ToString::to_string).collect();
     let facts = [
         ("of", arguments.recording.display().to_string()),
         ("process", Process::from(Replayable::from(arguments.process)).to_string()),
@@ -145,7 +153,7 @@ fn keep(path: &Path, recording: &Recording, arguments: &Arguments) -> Result<Kee
         ("version", node::VERSION.to_string()),
     ];
     let info = replayed_info(recording, &facts).map_err(|error| -> Stopped { (2, error.into()) })?;
-    Keeper::create(path, &info).map_err(|error| -> Stopped { (3, error.into()) })
+    Keeper::create(path, &info, arguments.overwrite).map_err(|error| -> Stopped { (3, error.into()) })
 }
 
 /// Bits are only promised for the same build on a processor with the same vector instructions.

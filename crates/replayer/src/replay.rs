@@ -59,16 +59,19 @@ pub enum Said<'a> {
     Truth(&'a Truth),
 }
 
+/// Who hears what a process says, and ends the replay by an error.
+pub type Hear<'a> = &'a mut dyn FnMut(Said) -> Result<(), ReplayError>;
+
 /// Runs a process again on the inputs of a run and compares; `said` hears everything it says.
 ///
 /// # Errors
-/// If the process cannot be built or the inputs are not for it.
+/// If the process cannot be built or the inputs are not for it, and those of `said`.
 pub fn replay(
     process: Replayable,
     inputs: &Inputs,
     config: &Config,
     store: &mut Store,
-    said: &mut dyn FnMut(Said),
+    said: Hear,
 ) -> Result<Comparison, ReplayError> {
     let mut comparison = Comparison::default();
     match process {
@@ -80,15 +83,10 @@ pub fn replay(
     Ok(comparison)
 }
 
-fn plan(
-    inputs: &Inputs,
-    config: &Config,
-    comparison: &mut Comparison,
-    said: &mut dyn FnMut(Said),
-) -> Result<(), ReplayError> {
+fn plan(inputs: &Inputs, config: &Config, comparison: &mut Comparison, said: Hear) -> Result<(), ReplayError> {
     let settings: PlannerSettings = config.parse()?;
     let planned = planner::plan(&settings).map_err(build(Process::Planner))?;
-    said(Said::Pattern(&planned.header, &planned.phases));
+    said(Said::Pattern(&planned.header, &planned.phases))?;
     let name = topic::WALK_PATTERN.name();
     let (header, phases) = inputs.pattern_for(Process::Planner)?;
     // A hash differs as a whole when a last digit does; what it is of is compared here.
@@ -107,7 +105,7 @@ fn estimate(
     config: &Config,
     store: &mut Store,
     comparison: &mut Comparison,
-    said: &mut dyn FnMut(Said),
+    said: Hear,
 ) -> Result<(), ReplayError> {
     let settings: EstimatorSettings = config.parse()?;
     let mut process = EstimatorProcess::with_store(&settings, store).map_err(build(Process::Estimator))?;
@@ -117,8 +115,8 @@ fn estimate(
         let tick = state.header.tick;
         let output = process.step(state);
         if let Some(output) = &output {
-            said(Said::Deformation(&output.deformation));
-            said(Said::Contact(&output.contact));
+            said(Said::Deformation(&output.deformation))?;
+            said(Said::Contact(&output.contact))?;
         }
         // The answer to the last state may not have been waited for.
         let then = inputs.deformations.at(tick);
@@ -137,12 +135,7 @@ fn estimate(
     Ok(())
 }
 
-fn control(
-    inputs: &Inputs,
-    config: &Config,
-    comparison: &mut Comparison,
-    said: &mut dyn FnMut(Said),
-) -> Result<(), ReplayError> {
+fn control(inputs: &Inputs, config: &Config, comparison: &mut Comparison, said: Hear) -> Result<(), ReplayError> {
     let settings: ControllerSettings = config.parse()?;
     let mut process = ControllerProcess::new(&settings).map_err(build(Process::Controller))?;
     let (header, phases) = pattern(inputs, Process::Controller, process.robot_fingerprint())?;
@@ -162,7 +155,7 @@ fn control(
         };
         let command = output.as_ref().map(|output| &output.command);
         let start = output.as_ref().and_then(|output| output.start.as_ref());
-        start.map(Said::Start).into_iter().chain(command.map(Said::Command)).for_each(&mut *said);
+        start.map(Said::Start).into_iter().chain(command.map(Said::Command)).try_for_each(&mut *said)?;
         // A run that was broken off may have been so before the step, or between step and recording.
         if then.is_some() {
             comparison.message(inputs.commands.topic(), then, command);
@@ -177,31 +170,33 @@ fn simulate(
     config: &Config,
     store: &mut Store,
     comparison: &mut Comparison,
-    said: &mut dyn FnMut(Said),
+    said: Hear,
 ) -> Result<(), ReplayError> {
     let settings: SimulatorSettings = config.parse()?;
     let mut process = SimulatorProcess::with_store(settings, store).map_err(build(Process::Simulator))?;
-    let mut compare = |comparison: &mut Comparison, state: &RobotState, truth: Option<&Truth>| {
-        said(Said::State(state));
-        // The last command of a run that was broken off may have been recorded, and the state after it not.
-        let then = inputs.states.at(state.header.tick);
-        if then.is_some() {
-            comparison.message(inputs.states.topic(), then, Some(state));
-        }
-        if let Some(truth) = truth {
-            said(Said::Truth(truth));
-            let then = inputs.truths.at(state.header.tick);
+    let mut compare =
+        |comparison: &mut Comparison, state: &RobotState, truth: Option<&Truth>| -> Result<(), ReplayError> {
+            said(Said::State(state))?;
+            // The last command of a run that was broken off may have been recorded, and the state after it not.
+            let then = inputs.states.at(state.header.tick);
             if then.is_some() {
-                comparison.message(inputs.truths.topic(), then, Some(truth));
+                comparison.message(inputs.states.topic(), then, Some(state));
             }
-        }
-    };
+            if let Some(truth) = truth {
+                said(Said::Truth(truth))?;
+                let then = inputs.truths.at(state.header.tick);
+                if then.is_some() {
+                    comparison.message(inputs.truths.topic(), then, Some(truth));
+                }
+            }
+            Ok(())
+        };
     let mut commands = inputs.commands.iter();
     let Some(placing) = commands.next() else { return Ok(()) };
     same_robot(&placing.header, process.robot_fingerprint())?;
-    compare(comparison, &process.unplaced(), None);
+    compare(comparison, &process.unplaced(), None)?;
     let SimulatorOutput { state, truth, mut over } = process.place(placing).map_err(build(Process::Simulator))?;
-    compare(comparison, &state, Some(&truth));
+    compare(comparison, &state, Some(&truth))?;
     let mut last_tick = state.header.tick;
     for command in commands {
         if over.is_some() {
@@ -214,7 +209,7 @@ fn simulate(
         if let Some(start) = inputs.starts.at(command.header.tick) {
             process.take_start(start);
         }
-        compare(comparison, &output.state, Some(&output.truth));
+        compare(comparison, &output.state, Some(&output.truth))?;
         last_tick = output.state.header.tick;
         over = output.over;
     }

@@ -17,8 +17,8 @@ impl File<'_> {
         Err(RobotError::OutOfRange { file: self.0.to_owned(), field: field.into(), value, expected: expected.words })
     }
 
-    /// A file that is named here lies in the same folder or below: whoever hands on the folder hands on all that is read, and
-    /// nothing else of a machine is.
+    /// A file that is named here lies in the same folder or below: whoever hands on the folder hands on all that is
+    /// read, and nothing else of a machine is.
     fn inside(&self, field: &'static str, name: &str) -> Result<(), RobotError> {
         if files::stays_inside(Path::new(name)) {
             return Ok(());

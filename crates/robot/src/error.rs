@@ -14,8 +14,8 @@ pub enum RobotError {
     },
     /// A file is named that does not lie in the folder of the file that names it. Remedy: put it there.
     #[error(
-        "{}: {field} = \"{name}\" leads out of the folder: put the file beside this one or into a folder there, and give its \
-         name from here", .file.display()
+        "{}: {field} = \"{name}\" leads out of the folder: put the file beside this one or into a folder there, and \
+         give its name from here", .file.display()
     )]
     Outside {
         /// Which file.

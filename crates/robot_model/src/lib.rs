@@ -4,7 +4,11 @@
 //! [`JointMap`] says where the others are in the robot's interface. Joints with `<mimic>` move with their leaders and are no
 //! part of the interface.
 
-use multibody::{CarriedJoint, Model, ModelError, ModelOptions, carried_joints};
+#![allow(non_snake_case)] // monogram notation, see the style guide
+
+pub use multibody::Motion;
+
+use multibody::{CarriedJoint, HeldLink, Model, ModelError, ModelOptions, carried_joints, held_links};
 use robot::{JointMap, Robot};
 use std::path::PathBuf;
 
@@ -149,6 +153,44 @@ pub fn followers(robot: &Robot) -> Result<Vec<Follower>, RobotModelError> {
         Ok(Follower { name, leader, multiplier, offset })
     };
     carried.into_iter().map(follower).collect()
+}
+
+/// A link of the robot's picture and where it is held: at `position_m`, `rotation` (row-major) in its parent, moved
+/// about or along `axis`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnLink {
+    /// Its name.
+    pub name: String,
+    /// The link that holds it.
+    pub parent: String,
+    /// Name of the joint between them.
+    pub joint: String,
+    /// Origin of the joint's frame in the parent.
+    pub position_m: [f64; 3],
+    /// Its rotation, row-major.
+    pub rotation: [f64; 9],
+    /// Unit vector in the joint's frame.
+    pub axis: [f64; 3],
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// All links of a robot but its floating base.
+///
+/// # Errors
+/// [`RobotModelError::Model`] if the URDF cannot be read.
+pub fn drawn_links(robot: &Robot) -> Result<Vec<DrawnLink>, RobotModelError> {
+    let (_, links) = held_links(&robot.urdf).map_err(|source| unreadable(robot, source))?;
+    let drawn = |HeldLink { name, parent, joint, X_PJ, axis, motion }| DrawnLink {
+        name,
+        parent,
+        joint,
+        position_m: X_PJ.translation.into(),
+        rotation: std::array::from_fn(|k| X_PJ.rotation[(k / 3, k % 3)]),
+        axis: axis.into(),
+        motion,
+    };
+    Ok(links.into_iter().map(drawn).collect())
 }
 
 fn unreadable(robot: &Robot, source: ModelError) -> RobotModelError {

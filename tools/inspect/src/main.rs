@@ -1,4 +1,4 @@
-//! JSON doors to the libraries, so that anybody can hold one against their own code.
+//! JSON doors to the libraries, so that anybody can hold one against their own code; and a look into recordings.
 //!
 //! One file per subcommand. To add one: a module with `Arguments` (clap) and `run(&Arguments) -> anyhow::Result<Outcome>`,
 //! a variant of [`Subcommand`] and an arm of [`run`].
@@ -9,13 +9,14 @@ mod dynamics;
 mod friction;
 mod pattern;
 mod qp;
+mod recording;
 mod sole;
 
 use clap::Parser;
 use door::Outcome;
 use std::process::ExitCode;
 
-/// JSON in, JSON out: matrices are row-major nested lists, units are SI.
+/// JSON in, JSON out (but for recordings): matrices are row-major nested lists, units are SI.
 ///
 /// Exit codes: 0 everything was solved; 1 something was not (the output says what); 2 the input or the command is wrong.
 #[derive(Parser)]
@@ -37,6 +38,8 @@ enum Subcommand {
     Qp(qp::Arguments),
     /// Walking patterns from a gait configuration, as numbers and as a picture.
     Pattern(pattern::Arguments),
+    /// What is in a recording, a topic of it as a table, and finishing what a killed recorder left.
+    Recording(recording::Arguments),
 }
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
@@ -46,6 +49,7 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::Dynamics(arguments) => dynamics::run(arguments),
         Subcommand::Qp(arguments) => qp::run(arguments),
         Subcommand::Pattern(arguments) => pattern::run(arguments),
+        Subcommand::Recording(arguments) => recording::run(arguments),
     }
 }
 

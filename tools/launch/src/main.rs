@@ -74,9 +74,13 @@ struct Launch {
     #[arg(long)]
     real_time: bool,
 
-    /// Folder of the run, in place of `runs/DATE-SCENARIO`.
+    /// Folder of the run, in place of `runs/TIME-SCENARIO`; there must be nothing in it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+
+    /// Let the run replace what a former one left in the folder of --out.
+    #[arg(long, requires = "out")]
+    overwrite: bool,
 
     /// Domain to run in; a new one by default.
     #[arg(long, value_name = "NAME")]

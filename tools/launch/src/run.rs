@@ -41,7 +41,7 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
         Some(name) => name.clone(),
         None => format!("run-{}", std::process::id()).parse().expect("letters and digits"),
     };
-    let folder = RunFolder::create(&scenario, arguments.out.as_deref())?;
+    let folder = RunFolder::create(&scenario, arguments)?;
     let owner = Owner::claim(&domain_name).map_err(|error| Ending::with_causes(3, error))?;
     let ended = supervise(arguments, &processes, &folder, &domain_name, &owner, &stop);
     // Whatever happened: the processes are gone now, and with the owner goes the shared memory.
@@ -56,6 +56,7 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
         print!("{}", summary.table());
         println!("{:<22} {}", "run folder", folder.path.display());
     }
+    folder.recovered().iter().for_each(|said| tracing::warn!("{said}"));
     let reason = ended?;
     tracing::info!("the walk is over: {reason}");
     match summary.fallen() {

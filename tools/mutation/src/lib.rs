@@ -1,8 +1,8 @@
 //! Seeded damage to files, for tests of everything that reads them.
 //!
-//! A good file is changed in a few places as damage, haste and malice do it: bits flipped, numbers replaced by the largest and
-//! smallest ones, pieces cut out, doubled or moved, words of the format put where they do not belong. The same seed makes the same
-//! file, so that a case that fails can be run again.
+//! A good file is changed in a few places as damage, haste and malice do it: bits flipped, numbers replaced by the
+//! largest and smallest ones, pieces cut out, doubled or moved, words of the format put where they do not belong. The
+//! same seed makes the same file, so that a case that fails can be run again.
 
 /// Makes damaged files.
 #[derive(Debug, Clone)]
@@ -118,7 +118,8 @@ pub const MEMORY_MAX_BYTES: u64 = 512 << 20;
 /// See [`MEMORY_MAX_BYTES`].
 pub const CASE_MAX_S: f64 = 10.0;
 
-/// Damages a file again and again and hands it to `read`, which must neither panic nor abort; prints a line about the campaign.
+/// Damages a file again and again and hands it to `read`, which must neither panic nor abort; prints a line about the
+/// campaign.
 ///
 /// # Panics
 /// If memory or processor time go beyond the limits above; a panic of `read` goes through after its seed was printed.

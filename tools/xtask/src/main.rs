@@ -4,6 +4,7 @@
 //! types first.
 
 mod check;
+mod fuzz;
 mod licenses;
 mod metadata;
 mod readme;
@@ -27,6 +28,12 @@ enum Task {
     Check,
     /// Dependency rules and licences only.
     Rules,
+    /// Damage every kind of file that is read, many times: errors, never panics, within bounded memory and time.
+    Fuzz {
+        /// Damaged files of each kind.
+        #[arg(long, default_value_t = 20_000)]
+        cases: u64,
+    },
     /// Compare choices of `target-cpu` on the benchmarks of the hot paths.
     TargetCpu,
     /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
@@ -41,6 +48,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Check => check::all(),
         Task::Rules => check::rules_and_licenses(),
+        Task::Fuzz { cases } => fuzz::fuzz(cases),
         Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
     }

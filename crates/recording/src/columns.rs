@@ -1,0 +1,122 @@
+//! Names for the numbers of a message, as columns of a table.
+//!
+//! | in the message | columns |
+//! |---|---|
+//! | `joint_position_rad[3]` | `joint_position_rad.R_KNEE_P`, as the robot's description calls the joint |
+//! | `foot_wrench[0][2]`, feet left and right | `foot_wrench.left.force_z_n` |
+//! | `base_twist[3]` | `base_twist.angular_x_rad_per_s` |
+//! | `base_rotation[1]`, row-major | `base_rotation.xy` |
+//! | `zmp_m[1]` | `zmp_m.y` |
+//!
+//! The unit is in the name of the field or, where the numbers of a field have different ones, at the end of the
+//! column's.
+
+use messages::{MAX_CONTACT_NODES, MAX_JOINTS, Shape};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const FEET: [&str; 2] = ["left", "right"];
+
+/// Names of all numbers of a message in the order in which `Plain::for_each_number` visits them; `None` stands for a
+/// number that means nothing: reserved fields, and joints that the robot does not have.
+#[must_use]
+pub fn columns(shape: &Shape, joints: &[String]) -> Vec<Option<String>> {
+    let mut columns = Vec::new();
+    name(shape, "", "", joints, &mut columns);
+    columns
+}
+
+fn name(shape: &Shape, path: &str, field: &str, joints: &[String], columns: &mut Vec<Option<String>>) {
+    match shape {
+        Shape::Struct { fields, .. } => {
+            let dot = if path.is_empty() { "" } else { "." };
+            for inner in *fields {
+                name(inner.shape, &format!("{path}{dot}{}", inner.name), inner.name, joints, columns);
+            }
+        }
+        Shape::Array(element, count) => {
+            for index in 0..*count {
+                match label(element, *count, field, index, joints) {
+                    Some(label) => name(element, &format!("{path}.{label}"), field, joints, columns),
+                    None => columns.extend((0..numbers(element)).map(|_| None)),
+                }
+            }
+        }
+        _ => columns.push((field != "reserved").then(|| path.to_string())),
+    }
+}
+
+/// What an element of an array is called.
+fn label(element: &Shape, count: usize, field: &str, index: usize, joints: &[String]) -> Option<String> {
+    let of_numbers = matches!(element, Shape::F64 | Shape::U32 | Shape::U64 | Shape::I64);
+    let axis = AXES.get(index % 3).copied().unwrap_or_default();
+    let of_six = |first: &str, first_unit: &str, second: &str, second_unit: &str| {
+        let (what, unit) = if index < 3 { (first, first_unit) } else { (second, second_unit) };
+        format!("{what}_{axis}_{unit}")
+    };
+    Some(match (count, of_numbers) {
+        (MAX_JOINTS, true) => joints.get(index)?.clone(),
+        (MAX_CONTACT_NODES, _) => format!("node_{index}"),
+        (2, false) => FEET[index].to_string(),
+        (2 | 3, true) => axis.to_string(),
+        (4, true) => ["x", "y", "z", "w"][index].to_string(),
+        (6, true) if field.contains("wrench") => of_six("force", "n", "moment", "nm"),
+        (6, true) if field.contains("twist") => of_six("linear", "m_per_s", "angular", "rad_per_s"),
+        (6, true) if field.contains("acceleration") => of_six("linear", "m_per_s2", "angular", "rad_per_s2"),
+        (6, true) if field.contains("momentum") => of_six("linear", "kg_m_per_s", "angular", "kg_m2_per_s"),
+        (9, true) => format!("{}{}", AXES[index / 3], AXES[index % 3]),
+        (36, true) => format!("{}_{}", index / 6, index % 6),
+        _ => index.to_string(),
+    })
+}
+
+fn numbers(shape: &Shape) -> usize {
+    match shape {
+        Shape::Struct { fields, .. } => fields.iter().map(|field| numbers(field.shape)).sum(),
+        Shape::Array(element, count) => count * numbers(element),
+        _ => 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::{Health, Message, Plain, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart};
+
+    fn assert_complete<T: Message>() {
+        let columns = columns(T::SHAPE, &["HIP".to_string(), "KNEE".to_string()]);
+        let mut count = 0;
+        T::ZERO.for_each_number("", &mut |_, _| count += 1);
+        assert_eq!(columns.len(), count, "{}", T::WIRE_NAME);
+        let mut names: Vec<_> = columns.iter().flatten().collect();
+        let named = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), named, "no name is given twice in {}", T::WIRE_NAME);
+    }
+
+    #[test]
+    fn every_number_of_every_message_has_a_name_of_its_own() {
+        assert_complete::<WalkStart>();
+        assert_complete::<RobotState>();
+        assert_complete::<SoleDeformation>();
+        assert_complete::<SoleContact>();
+        assert_complete::<RobotCommand>();
+        assert_complete::<Truth>();
+        assert_complete::<Health>();
+    }
+
+    #[test]
+    fn names_say_joint_foot_axis_and_unit() {
+        let columns = columns(Truth::SHAPE, &["HIP".to_string(), "KNEE".to_string()]);
+        let has = |name: &str| columns.iter().flatten().any(|column| column == name);
+        for name in ["joint_position_rad.KNEE", "zmp_m.y", "base_rotation.xz", "sole_position_m.right.z", "header.tick"]
+        {
+            assert!(has(name), "{name}: {columns:?}");
+        }
+        let ends = |start: &str, end: &str| {
+            columns.iter().flatten().any(|column| column.starts_with(start) && column.ends_with(end))
+        };
+        assert!(ends("foot_wrench", ".left.force_z_n") && ends("base_twist", ".angular_x_rad_per_s"));
+        assert!(!columns.iter().flatten().any(|column| column.contains('[')));
+    }
+}
