@@ -18,7 +18,8 @@
 //! ours is an error that says whose it is. How a process in another language finds all of this, a [`Contract`] says.
 //!
 //! Topics have safe overflow: a publisher never waits for anybody, a slow subscriber loses its oldest messages and counts them by
-//! the sequence numbers. [`Subscriber::wait`] spins for a moment, then sleeps until it is woken by an event of the same name.
+//! the sequence numbers. [`Subscriber::wait`] sleeps until it is woken by an event of the same name; it never
+//! spins, for the core it would spin on is the one that the other process needs.
 //! A kept message (walking pattern, health) reaches those who come later as long as its publisher lives and now and then calls
 //! [`Publisher::serve_late_joiners`].
 //!

@@ -8,10 +8,7 @@ use messages::{Fault, Header, Message, Topic};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// How long [`Subscriber::wait`] looks again and again before it sleeps: about what being woken costs, so that waiting never
-/// costs more than twice the better choice.
-const SPIN: Duration = Duration::from_micros(40);
-/// How long it sleeps at most before it looks by itself, in case a wake-up got lost.
+/// How long [`Subscriber::wait`] sleeps at most before it looks by itself, in case a wake-up got lost.
 pub(crate) const SLICE: Duration = Duration::from_millis(20);
 /// How long it sleeps at least. The timeout becomes a socket's `SO_RCVTIMEO` in whole microseconds, and 0 there means for ever:
 /// what is left of somebody's patience may well be less than a microsecond.
@@ -195,15 +192,8 @@ impl<T: Message> Subscriber<T> {
     pub fn wait(&mut self, patience: Duration) -> Result<Option<T>, ReceiveError> {
         let (start, before) = (Instant::now(), self.gate.counts);
         loop {
-            let spin_start = Instant::now();
-            loop {
-                if let Some(message) = self.try_next()? {
-                    return Ok(Some(message));
-                }
-                if spin_start.elapsed() > SPIN {
-                    break;
-                }
-                std::hint::spin_loop();
+            if let Some(message) = self.try_next()? {
+                return Ok(Some(message));
             }
             let Some(left) = patience.checked_sub(start.elapsed()) else {
                 return self.gate.nothing_came(before, self.topic.name());

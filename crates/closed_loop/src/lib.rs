@@ -21,6 +21,8 @@ use messages::{RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, Wa
 use planner::{PlannerOutput, PlannerSettings};
 use scenario::Scenario;
 use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
+use soles::Store;
+use std::collections::BTreeMap;
 
 /// Everything that was said at a tick.
 #[derive(Debug, Clone)]
@@ -39,6 +41,33 @@ pub struct Tick {
     pub start: Option<WalkStart>,
 }
 
+/// What walks in one process have in common: each sole is condensed once, each walk planned once.
+#[derive(Debug)]
+pub struct Shared {
+    soles: Store,
+    /// By the planner's effective configuration.
+    plans: BTreeMap<String, PlannerOutput>,
+}
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self { soles: Store::in_memory(), plans: BTreeMap::new() }
+    }
+}
+
+impl Shared {
+    fn plan(&mut self, scenario: &Scenario) -> anyhow::Result<PlannerOutput> {
+        let config = scenario.config("planner")?;
+        let text = config.effective_text();
+        if let Some(planned) = self.plans.get(&text) {
+            return Ok(planned.clone());
+        }
+        let planned = planner::plan(&config.parse::<PlannerSettings>()?).context("planner")?;
+        self.plans.insert(text, planned.clone());
+        Ok(planned)
+    }
+}
+
 /// The processes of a scenario, without the recorder.
 pub struct ClosedLoop {
     /// The walk.
@@ -55,13 +84,21 @@ impl ClosedLoop {
     /// # Errors
     /// Whatever is wrong with configuration, robot, gait or start configuration.
     pub fn new(scenario: &Scenario) -> anyhow::Result<Self> {
-        let planned = planner::plan(&scenario.config("planner")?.parse::<PlannerSettings>()?).context("planner")?;
+        Self::sharing(scenario, &mut Shared::default())
+    }
+
+    /// The same, with what earlier walks of this process have built. A plan is that of the files as they were when it was made.
+    ///
+    /// # Errors
+    /// Whatever is wrong with configuration, robot, gait or start configuration.
+    pub fn sharing(scenario: &Scenario, shared: &mut Shared) -> anyhow::Result<Self> {
+        let planned = shared.plan(scenario)?;
         let settings: EstimatorSettings = scenario.config("estimator")?.parse()?;
-        let mut estimator = EstimatorProcess::new(&settings).context("estimator")?;
+        let mut estimator = EstimatorProcess::with_store(&settings, &mut shared.soles).context("estimator")?;
         let settings: ControllerSettings = scenario.config("controller")?.parse()?;
         let mut controller = ControllerProcess::new(&settings).context("controller")?;
         let settings: SimulatorSettings = scenario.config("simulator")?.parse()?;
-        let mut simulator = SimulatorProcess::new(settings).context("simulator")?;
+        let mut simulator = SimulatorProcess::with_store(settings, &mut shared.soles).context("simulator")?;
         estimator.take_pattern(&planned.header, &planned.phases)?;
         controller.take_pattern(&planned.header, &planned.phases)?;
         let unplaced = simulator.unplaced();
@@ -83,13 +120,25 @@ impl ClosedLoop {
     /// # Errors
     /// If the controller cannot go on.
     pub fn step_measuring(&mut self, fault: impl FnOnce(&mut RobotState)) -> anyhow::Result<Option<Tick>> {
+        self.step_around(fault, SimulatorProcess::advance)
+    }
+
+    /// The same, where the caller lets the simulator advance: to time it, say.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step_around(
+        &mut self,
+        fault: impl FnOnce(&mut RobotState),
+        advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
+    ) -> anyhow::Result<Option<Tick>> {
         if self.now.over.is_some() {
             return Ok(None);
         }
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
         let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state)?;
-        self.now = self.simulator.advance();
+        self.now = advance(&mut self.simulator);
         self.simulator.take_command(&command);
         if let Some(start) = &start {
             self.estimator.take_start(start);

@@ -67,13 +67,11 @@ impl CornerSettings {
     }
 }
 
-/// Wrench and its derivative at a pose.
+/// Wrench at a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvaluation {
     /// Wrench of the ground on the sole about the sole frame's origin, world axes.
     pub wrench: Wrench,
-    /// Derivative of the wrench with respect to translation and rotation (left-multiplied rotation vector), world axes.
-    pub tangent: Mat6,
     /// Work that friction turns to heat from the accepted state to this one (J), never negative.
     pub slip_work_j: f64,
     /// The contact problem was solved to its tolerance.
@@ -95,6 +93,8 @@ struct Corner {
 pub struct CornerContact {
     settings: CornerSettings,
     corners: [Corner; 4],
+    tangent: Mat6,
+    evaluations: u64,
 }
 
 impl CornerContact {
@@ -108,12 +108,12 @@ impl CornerContact {
             trial: None,
             force: Vec3::zeros(),
         });
-        Self { settings, corners }
+        Self { settings, corners, tangent: Mat6::zeros(), evaluations: 0 }
     }
 
     /// Forgets all contact.
     pub fn reset(&mut self) {
-        *self = Self::new(self.settings);
+        *self = Self { evaluations: self.evaluations + 1, ..Self::new(self.settings) };
     }
 
     /// Force at a pose, `dt_s` after the accepted state.
@@ -140,7 +140,21 @@ impl CornerContact {
             let mut turned = tangent.fixed_view_mut::<3, 3>(3, 3);
             turned += so3::skew(&f) * k_r;
         }
-        ContactEvaluation { wrench, tangent, slip_work_j, converged: true }
+        self.tangent = tangent;
+        self.evaluations += 1;
+        ContactEvaluation { wrench, slip_work_j, converged: true }
+    }
+
+    /// Derivative of the wrench at the last evaluation with respect to translation and rotation (left-multiplied rotation vector), world axes.
+    #[must_use]
+    pub fn tangent(&self) -> Mat6 {
+        self.tangent
+    }
+
+    /// How often it was evaluated.
+    #[must_use]
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
     }
 
     /// Accepts the last evaluation.
@@ -216,7 +230,8 @@ mod tests {
             let moved = Vec3::new(3e-6, -5e-6, -2e-6);
             let pose =
                 Transform::new(so3::exp(&Vec3::new(1e-6, 3e-6, 2e-5)) * start.rotation, start.translation + moved);
-            let tangent = contact.evaluate(&pose, &Plane, 1e-3).tangent;
+            contact.evaluate(&pose, &Plane, 1e-3);
+            let tangent = contact.tangent();
             let step = 1e-9;
             for axis in 0..6 {
                 let shifted = |sign: f64| {

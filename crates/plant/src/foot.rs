@@ -1,7 +1,7 @@
 //! What is under a foot: an elastic sole or a hard plate, and what it last felt.
 
 use sole::{ContactReport, ContactStatus, Ground, PoseDrivenContact, PoseDrivenSettings, SoleModel};
-use spatial::{Transform, Vec3};
+use spatial::{Mat6, Transform, Vec3};
 
 use crate::corners::{ContactEvaluation, CornerContact, CornerSettings};
 use crate::settings::ContactSettings;
@@ -63,15 +63,37 @@ impl Foot {
     pub fn evaluate(&mut self, X_WS: &Transform, ground: &dyn Ground, dt_s: f64) -> ContactEvaluation {
         match self {
             Self::Elastic(contact) => {
-                let report = contact.evaluate(X_WS, ground, dt_s);
+                let report = contact.attempt(X_WS, ground, dt_s);
                 ContactEvaluation {
                     wrench: report.wrench,
-                    tangent: report.tangent,
                     slip_work_j: report.friction_work_j,
                     converged: matches!(report.status, ContactStatus::NoContact | ContactStatus::Solved),
                 }
             }
             Self::Corners(contact) => contact.evaluate(X_WS, ground, dt_s),
+        }
+    }
+
+    /// Rate of the wrench with the pose at the last evaluation.
+    pub fn tangent(&mut self) -> Mat6 {
+        match self {
+            Self::Elastic(contact) => contact.tangent(),
+            Self::Corners(contact) => contact.tangent(),
+        }
+    }
+
+    /// A number that stays while the tangent stays nearly true; a hard foot's is good for one pose only.
+    pub fn tangent_label(&self) -> u64 {
+        match self {
+            Self::Elastic(contact) => contact.state_changes(),
+            Self::Corners(contact) => contact.evaluations(),
+        }
+    }
+
+    /// Fills in what the report holds beyond the wrench.
+    pub fn complete(&mut self) {
+        if let Self::Elastic(contact) = self {
+            contact.complete();
         }
     }
 
@@ -100,7 +122,7 @@ impl Foot {
         }
     }
 
-    /// Everything the elastic sole knows of its contact points; a hard foot has no report.
+    /// Everything the elastic sole knows of its contact points, as last completed; a hard foot has no report.
     pub fn report(&self) -> Option<&ContactReport> {
         match self {
             Self::Elastic(contact) => Some(contact.report()),

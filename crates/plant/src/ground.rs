@@ -166,8 +166,15 @@ fn cell(u: f64, points: usize) -> (usize, f64, f64) {
 
 impl Ground for GroundSettings {
     fn height_and_normal(&self, x: f64, y: f64) -> (f64, Vec3) {
+        if self.shape == GroundShape::Flat {
+            return (0.0, Vec3::z());
+        }
         let (height, rise) = self.shape.height_and_rise(x, y);
         (height, Vec3::new(-rise.x, -rise.y, 1.0).normalize())
+    }
+
+    fn is_plane(&self) -> bool {
+        matches!(self.shape, GroundShape::Flat | GroundShape::Slope { .. })
     }
 
     fn friction_factor(&self, x: f64, y: f64) -> f64 {

@@ -6,46 +6,72 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Singular(pub usize);
 
-/// Solves `A x = b` by Gaussian elimination with row pivoting; `a` is destroyed, `b` becomes `x`.
-///
-/// # Errors
-/// [`Singular`] with the column without pivot.
-pub fn solve_in_place(a: &mut DMatrix<f64>, b: &mut DVector<f64>) -> Result<(), Singular> {
-    let n = b.len();
-    assert_eq!(a.shape(), (n, n));
-    for k in 0..n {
-        let (offset, pivot) = a
-            .column(k)
-            .rows_range(k..)
-            .iter()
-            .map(|x| x.abs())
-            .enumerate()
-            .fold((0, 0.0), |best, (i, x)| if x > best.1 { (i, x) } else { best });
-        if pivot == 0.0 || !pivot.is_finite() {
-            return Err(Singular(k));
-        }
-        if offset > 0 {
-            a.swap_rows(k, k + offset);
-            b.swap_rows(k, k + offset);
-        }
-        let inverse = 1.0 / a[(k, k)];
-        a.column_mut(k).rows_range_mut(k + 1..).scale_mut(inverse);
-        let (mut left, mut right) = a.columns_range_pair_mut(k..=k, k + 1..);
-        let factors = left.column_mut(0);
-        let factors = factors.rows_range(k + 1..);
-        for mut column in right.column_iter_mut() {
-            let top = column[k];
-            column.rows_range_mut(k + 1..).axpy(-top, &factors, 1.0);
-        }
-        let top = b[k];
-        b.rows_range_mut(k + 1..).axpy(-top, &factors, 1.0);
+/// Factors of a matrix, kept to be used more than once.
+#[derive(Debug, Clone)]
+pub struct Factors {
+    a: DMatrix<f64>,
+    pivots: Vec<usize>,
+}
+
+impl Factors {
+    /// Room for `n` equations.
+    pub fn new(n: usize) -> Self {
+        Self { a: DMatrix::zeros(n, n), pivots: vec![0; n] }
     }
-    for k in (0..n).rev() {
-        b[k] /= a[(k, k)];
-        let value = b[k];
-        b.rows_range_mut(..k).axpy(-value, &a.column(k).rows_range(..k), 1.0);
+
+    /// The matrix to be filled before [`factorise`](Self::factorise), which destroys it.
+    pub fn matrix_mut(&mut self) -> &mut DMatrix<f64> {
+        &mut self.a
     }
-    Ok(())
+
+    /// Gaussian elimination with row pivoting.
+    ///
+    /// # Errors
+    /// [`Singular`] with the column without pivot.
+    pub fn factorise(&mut self) -> Result<(), Singular> {
+        let a = &mut self.a;
+        for k in 0..self.pivots.len() {
+            let column = a.column(k);
+            let below = column.rows_range(k..);
+            let largest = below.iter().map(|x| x.abs()).enumerate();
+            let (offset, pivot) = largest.fold((0, 0.0), |best, (i, x)| if x > best.1 { (i, x) } else { best });
+            if pivot == 0.0 || !pivot.is_finite() {
+                return Err(Singular(k));
+            }
+            self.pivots[k] = k + offset;
+            if offset > 0 {
+                a.swap_rows(k, k + offset);
+            }
+            let inverse = 1.0 / a[(k, k)];
+            a.column_mut(k).rows_range_mut(k + 1..).scale_mut(inverse);
+            let (left, mut right) = a.columns_range_pair_mut(k..=k, k + 1..);
+            let factors = left.column(0);
+            let factors = factors.rows_range(k + 1..);
+            for mut column in right.column_iter_mut() {
+                let top = column[k];
+                if top != 0.0 {
+                    column.rows_range_mut(k + 1..).axpy(-top, &factors, 1.0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `b` becomes `x` with `A x = b`.
+    pub fn solve(&self, b: &mut DVector<f64>) {
+        for (k, pivot) in self.pivots.iter().enumerate() {
+            b.swap_rows(k, *pivot);
+        }
+        for k in 0..b.len() {
+            let top = b[k];
+            b.rows_range_mut(k + 1..).axpy(-top, &self.a.column(k).rows_range(k + 1..), 1.0);
+        }
+        for k in (0..b.len()).rev() {
+            b[k] /= self.a[(k, k)];
+            let value = b[k];
+            b.rows_range_mut(..k).axpy(-value, &self.a.column(k).rows_range(..k), 1.0);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -59,15 +85,21 @@ mod tests {
         for n in [1, 2, 7, 28] {
             let a = DMatrix::from_fn(n, n, |_, _| noise.normal());
             let b = DVector::from_fn(n, |_, _| noise.normal());
-            let (mut lu, mut x) = (a.clone(), b.clone());
-            solve_in_place(&mut lu, &mut x).unwrap();
-            assert!((a * &x - &b).norm() < 1e-11 * x.norm());
+            let mut factors = Factors::new(n);
+            factors.matrix_mut().copy_from(&a);
+            factors.factorise().unwrap();
+            for b in [&b, &(2.0 * &b)] {
+                let mut x = b.clone();
+                factors.solve(&mut x);
+                assert!((&a * &x - b).norm() < 1e-11 * x.norm());
+            }
         }
     }
 
     #[test]
     fn a_singular_matrix_is_named() {
-        let mut a = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]);
-        assert_eq!(solve_in_place(&mut a, &mut DVector::zeros(2)), Err(Singular(1)));
+        let mut factors = Factors::new(2);
+        factors.matrix_mut().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
+        assert_eq!(factors.factorise(), Err(Singular(1)));
     }
 }

@@ -331,6 +331,9 @@ impl Plant {
 
     /// Fills sensors and truth from the state.
     fn observe(&mut self, integration: Integration, stabiliser: StabiliserReport) {
+        for foot in &mut self.feet {
+            foot.complete();
+        }
         let (model, ws) = (&self.model, &mut self.ws);
         forward_kinematics_velocity(model, ws, &self.state.q, &self.state.v);
         let t_s = self.ticks as f64 * self.settings.step.control_period_s;

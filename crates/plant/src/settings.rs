@@ -37,13 +37,14 @@ pub struct PlantSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StepSettings {
-    /// Control period (s): one call of [`crate::Plant::tick`].
+    /// Control period (s): one call of [`crate::Plant::tick`]. Every process has the same, so that no file sets it.
+    #[serde(skip)]
     pub control_period_s: f64,
-    /// Wanted integration step `h` (s); the period is divided into the nearest whole number of steps. Error and numerical
-    /// damping are of order h; contact modes of the default sole are resolved from about 2 ms down.
+    /// Integration step `h` (s), a whole part of the control period. Error and numerical damping are of order h; contact modes of the
+    /// default sole are resolved from about 2 ms down.
     pub step_s: f64,
-    /// A step's equations are solved when no generalised force is off by more than this (N, N m). Useful: 1e-9 (to
-    /// rounding) to 1 (one Newton step nearly always).
+    /// A step's equations are solved when no generalised force is off by more than this (N, N m). Useful: 1e-9 (to rounding) to 0.1, the
+    /// largest that is taken: with more, what is left unbalanced makes energy.
     pub force_tolerance_n: f64,
     /// Newton steps per integration step at most; a step that needs more is kept and counted.
     pub newton_steps_max: usize,
@@ -196,8 +197,22 @@ pub enum SettingsError {
         /// How many they would be.
         steps: f64,
     },
+    /// A control period that is no whole number of steps.
+    #[error(
+        "step.step_s = {step_s} s does not divide the control period of {period_s} s; {shorter_s} s and {longer_s} s do"
+    )]
+    StepDoesNotDivide {
+        /// Wanted step (s).
+        step_s: f64,
+        /// Control period (s).
+        period_s: f64,
+        /// The next shorter step that does (s).
+        shorter_s: f64,
+        /// The next longer one (s).
+        longer_s: f64,
+    },
     /// A step longer than the control period.
-    #[error("step.step_s = {step_s} s is longer than step.control_period_s = {control_period_s} s")]
+    #[error("step.step_s = {step_s} s is longer than the control period of {control_period_s} s")]
     StepTooLong {
         /// Wanted step (s).
         step_s: f64,
@@ -220,6 +235,10 @@ pub enum SettingsError {
 const SETTING_MAX: f64 = 1e9;
 /// Integration steps per control period: 5 microseconds each.
 const STEPS_MAX: f64 = 1000.0;
+/// Unbalanced force of a step (N).
+const FORCE_TOLERANCE_MAX_N: f64 = 0.1;
+/// How far a control period may be from a whole number of steps: digits that a file does not give.
+const WHOLE: f64 = 1e-6;
 /// Newton steps per integration step.
 const NEWTON_STEPS_MAX: f64 = 1000.0;
 
@@ -262,6 +281,7 @@ impl PlantSettings {
         positive("step.control_period_s", control_period_s)?;
         positive("step.step_s", step_s)?;
         positive("step.force_tolerance_n", force_tolerance_n)?;
+        at_most("step.force_tolerance_n", force_tolerance_n, FORCE_TOLERANCE_MAX_N)?;
         positive("step.newton_steps_max", newton_steps_max as f64)?;
         at_most("step.newton_steps_max", newton_steps_max as f64, NEWTON_STEPS_MAX)?;
         if step_s > control_period_s {
@@ -270,6 +290,10 @@ impl PlantSettings {
         let steps = control_period_s / step_s;
         if steps > STEPS_MAX {
             return Err(SettingsError::StepTooShort { step_s, steps });
+        }
+        if (steps - steps.round()).abs() > WHOLE {
+            let (shorter_s, longer_s) = (control_period_s / steps.ceil(), control_period_s / steps.floor());
+            return Err(SettingsError::StepDoesNotDivide { step_s, period_s: control_period_s, shorter_s, longer_s });
         }
         not_negative("contact.viscosity_time_s", self.contact.viscosity_time_s)?;
         positive("contact.tolerance", self.contact.tolerance)?;
@@ -324,10 +348,24 @@ mod tests {
     }
 
     #[test]
+    fn the_control_period_is_nobody_s_setting() {
+        let error = toml::from_str::<PlantSettings>("[step]\ncontrol_period_s = 0.005\n").unwrap_err().to_string();
+        assert!(error.contains("control_period_s"), "{error}");
+        for step_s in [0.005, 0.0025, 0.001, 0.000_333_333_33] {
+            let settings = StepSettings { step_s, ..Default::default() };
+            assert_eq!(PlantSettings { step: settings, ..Default::default() }.check(), Ok(()), "{step_s}");
+        }
+    }
+
+    #[test]
     fn what_cannot_be_is_named() {
         let wrong = |text: &str| toml::from_str::<PlantSettings>(text).unwrap().check().unwrap_err().to_string();
         assert!(wrong("[step]\nstep_s = 0.0").contains("step.step_s"));
         assert!(wrong("[step]\nstep_s = 0.006").contains("longer than"));
+        let uneven = wrong("[step]\nstep_s = 0.004");
+        assert!(uneven.contains("step.step_s = 0.004") && uneven.contains("0.0025 s and 0.005 s do"), "{uneven}");
+        assert!(wrong("[step]\nstep_s = 0.002").contains("does not divide"));
+        assert!(wrong("[step]\nforce_tolerance_n = 1.0").contains("step.force_tolerance_n has to be at most 0.1"));
         assert!(wrong("[contact]\nviscosity_time_s = -1.0").contains("contact.viscosity_time_s"));
         assert!(
             wrong("[servo.joints.L_KNEE_P]\nstiffness_nm_per_rad = nan").contains("servo.joints.L_KNEE_P.stiffness")

@@ -8,12 +8,16 @@
 //! ```
 //!
 //! by Newton's method with the matrix `M + dt D - dt^2 J^T T J`: `D` the drives' derivative, `T` the sole's tangent stiffness
-//! (negative definite in the main) from the contact solver, at frozen node states. The first iterate is `v1 = v0`: the contact is
+//! (negative definite in the main) from the contact solver, at frozen node states. From `v1 = v0` the contact is
 //! evaluated at the *predicted* pose, and one Newton step from there is the linearly-implicit Euler method. Stopping there would leave
 //! the wrench that acted different from the wrench of the contact law at the pose that is then accepted; iterating until no
 //! generalised force is off by more than a tolerance removes that difference, for one or two further contact evaluations in
 //! the steps where nodes land, lift or slip. A saturated drive has derivative zero: the next iteration re-solves without its
 //! stiffness. The history of the soles is committed once, at the end.
+//!
+//! **Work.** Matrix and tangents change little from step to step while no node and no drive changes its state. So the factors are used
+//! again, in this step and the next ones, as long as each use makes the residual ten times smaller; and where the last step met no such
+//! change, the first iterate is `v0` with its last change once more. What is accepted is judged by the same residual.
 //!
 //! **Momentum.** `h(q0, v0)` is explicit, so the total momentum would drift by terms of order dt. The total momentum of a
 //! floating system is known exactly, however: it changes by the impulse of the external forces. So after the step the base's
@@ -38,7 +42,7 @@ use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench, so3};
 
 use crate::energy::EnergyFlows;
 use crate::foot::Foot;
-use crate::linear::{Singular, solve_in_place};
+use crate::linear::{Factors, Singular};
 use crate::servo::{DriveState, DriveTorque, Servo};
 use crate::settings::StepSettings;
 
@@ -83,6 +87,17 @@ pub(crate) struct Momentum {
     pub com: Vec3,
 }
 
+/// What a matrix of the Newton iteration holds for: labels of the feet's tangents, drives at their limits (a hash), step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Label {
+    feet: [u64; 2],
+    saturated: u64,
+    step_s: f64,
+}
+
+/// Factors are used again while each use makes the residual this many times smaller.
+const SAME_FACTORS: f64 = 0.1;
+
 /// Memory of the integrator.
 pub(crate) struct Stepper {
     settings: StepSettings,
@@ -94,12 +109,17 @@ pub(crate) struct Stepper {
     J: [DMatrix<f64>; 2],
     J_applied: DMatrix<f64>,
     TJ: DMatrix<f64>,
-    A: DMatrix<f64>,
+    factors: Factors,
+    /// What the factors hold for.
+    factored: Option<Label>,
     applied: DVector<f64>,
     residual: DVector<f64>,
     v1: DVector<f64>,
     dv: DVector<f64>,
     step_v: DVector<f64>,
+    /// Change of the velocity in the last step, and whether the next may be expected to be alike.
+    last_dv: DVector<f64>,
+    steady: Option<Label>,
     q1: Configuration,
     drives: Vec<DriveTorque>,
     damping: DVector<f64>,
@@ -139,12 +159,15 @@ impl Stepper {
             J: [DMatrix::zeros(6, nv), DMatrix::zeros(6, nv)],
             J_applied: DMatrix::zeros(6, nv),
             TJ: DMatrix::zeros(6, nv),
-            A: DMatrix::zeros(nv, nv),
+            factors: Factors::new(nv),
+            factored: None,
             applied: zero.clone(),
             residual: zero.clone(),
             v1: zero.clone(),
             dv: zero.clone(),
             step_v: zero.clone(),
+            last_dv: zero.clone(),
+            steady: None,
             q1: model.neutral(),
             drives: vec![DriveTorque::default(); model.joint_count()],
             damping: zero,
@@ -158,6 +181,8 @@ impl Stepper {
         crba(model, &mut self.ws, &state.q, &mut self.M);
         self.wrenches = wrenches;
         self.drives.fill(DriveTorque::default());
+        self.factored = None;
+        self.steady = None;
     }
 
     /// Mass matrix at the present state.
@@ -187,27 +212,57 @@ impl Stepper {
         self.prepare(scene, state);
 
         // Newton on the velocity at the end of the step.
+        let dt = time.step_s;
         self.v1.copy_from(&state.v);
+        let at_start = self.label(feet, dt);
+        if self.steady == Some(at_start) {
+            self.v1 += &self.last_dv;
+        }
         let mut report = StepReport::default();
+        let mut before_n = f64::INFINITY;
         loop {
-            let tangents = self.evaluate(scene, state, feet, time, &mut report);
+            self.evaluate(scene, state, feet, time, &mut report);
             report.converged = report.residual_n <= self.settings.force_tolerance_n;
             if report.converged || report.newton_steps == self.settings.newton_steps_max {
                 break;
             }
-            report.singular |= self.newton_step(&tangents, time.step_s).is_err();
+            let label = self.label(feet, dt);
+            let serve = report.newton_steps == 0 || report.residual_n < SAME_FACTORS * before_n;
+            before_n = report.residual_n;
+            if !(serve && self.factored == Some(label)) {
+                self.factored = self.factorise(feet, dt).ok().map(|()| label);
+            }
+            if self.factored.is_some() {
+                self.factors.solve(&mut self.residual);
+                self.v1 -= &self.residual;
+            } else {
+                report.singular = true;
+            }
             report.newton_steps += 1;
         }
         for foot in feet.iter_mut() {
             foot.commit();
         }
 
-        self.balance_momentum(scene, state, &before, time.step_s);
+        self.balance_momentum(scene, &before, dt);
         self.account(scene, flows);
+        self.last_dv.copy_from(&self.v1);
+        self.last_dv -= &state.v;
+        let at_end = self.label(feet, dt);
+        self.steady = (report.converged && at_end == at_start).then_some(at_end);
         std::mem::swap(&mut state.q, &mut self.q1);
         state.v.copy_from(&self.v1);
         report.saturated_drives = self.drives.iter().filter(|drive| drive.saturated).count();
         report
+    }
+
+    /// What a matrix made now would hold for.
+    fn label(&self, feet: &[Foot; 2], step_s: f64) -> Label {
+        // Order matters and a handful of joints is enough: Horner's rule with an odd factor.
+        let saturated = self.drives.iter().fold(1_u64, |hash, drive| {
+            hash.wrapping_mul(3).wrapping_add(u64::from(drive.saturated))
+        });
+        Label { feet: [feet[0].tangent_label(), feet[1].tangent_label()], saturated, step_s }
     }
 
     /// Everything that stays during the Newton steps: bias forces, Jacobians, applied forces.
@@ -225,7 +280,7 @@ impl Stepper {
         }
     }
 
-    /// Forces and residual (as an impulse) at the present `v1`; returns the soles' tangents.
+    /// Forces and residual (as an impulse) at the present `v1`.
     fn evaluate(
         &mut self,
         scene: &Scene<'_>,
@@ -233,7 +288,7 @@ impl Stepper {
         feet: &mut [Foot; 2],
         time: StepTime,
         report: &mut StepReport,
-    ) -> [Mat6; 2] {
+    ) {
         let model = scene.model;
         let dt = time.step_s;
         let base_dofs = model.base_dofs();
@@ -261,7 +316,6 @@ impl Stepper {
             self.damping[base_dofs + i] = -drive.derivative;
             self.drives[i] = drive;
         }
-        let mut tangents = [Mat6::zeros(); 2];
         report.contacts_converged = true;
         self.slip_work_j = 0.0;
         for (i, foot) in feet.iter_mut().enumerate() {
@@ -270,55 +324,51 @@ impl Stepper {
             report.contacts_converged &= contact.converged;
             self.slip_work_j += contact.slip_work_j;
             self.wrenches[i] = contact.wrench;
-            tangents[i] = contact.tangent;
             self.residual.gemv_tr(-dt, &self.J[i], &contact.wrench.to_vector(), 1.0);
         }
         report.residual_n = self.residual.amax() / dt;
-        tangents
     }
 
-    /// One Newton step on `v1`.
-    fn newton_step(&mut self, tangents: &[Mat6; 2], dt: f64) -> Result<(), Singular> {
-        self.A.copy_from(&self.M);
+    /// Factors of `M + dt D - dt^2 J^T T J` at the present `v1`.
+    fn factorise(&mut self, feet: &mut [Foot; 2], dt: f64) -> Result<(), Singular> {
+        let A = self.factors.matrix_mut();
+        A.copy_from(&self.M);
         for i in 0..self.damping.len() {
-            self.A[(i, i)] += dt * self.damping[i];
+            A[(i, i)] += dt * self.damping[i];
         }
-        for (J, tangent) in self.J.iter().zip(tangents) {
-            if *tangent != Mat6::zeros() {
-                self.TJ.gemm(1.0, tangent, J, 0.0);
-                self.A.gemm_tr(-dt * dt, J, &self.TJ, 1.0);
+        for (J, foot) in self.J.iter().zip(feet) {
+            let tangent = foot.tangent();
+            if tangent != Mat6::zeros() {
+                self.TJ.gemm(1.0, &tangent, J, 0.0);
+                A.gemm_tr(-dt * dt, J, &self.TJ, 1.0);
             }
         }
-        let solved = solve_in_place(&mut self.A, &mut self.residual);
-        if solved.is_ok() {
-            self.v1 -= &self.residual;
-        }
-        solved
+        self.factors.factorise()
     }
 
     /// Sets the base's twist so that the total momentum has changed by exactly the impulse of the external forces.
-    fn balance_momentum(&mut self, scene: &Scene<'_>, state: &State, before: &Momentum, dt: f64) {
+    fn balance_momentum(&mut self, scene: &Scene<'_>, before: &Momentum, dt: f64) {
         let model = scene.model;
-        crba(model, &mut self.ws, &self.q1, &mut self.M);
         if model.base_dofs() != 6 {
+            crba(model, &mut self.ws, &self.q1, &mut self.M);
             return;
         }
         let mass = self.M[(0, 0)];
         let mut force = mass * model.gravity();
         let mut moment = Vec3::zeros();
-        // `trial_ws` holds the placements at the end; the balance about the old centre of mass uses those at the beginning,
-        // as the equation of motion does.
-        forward_kinematics(model, &mut self.trial_ws, &state.q);
+        // `ws` holds the placements at the beginning still: the balance about the old centre of mass uses those, as the equation of motion
+        // does.
         for (wrench, frame) in self.wrenches.iter().zip(self.sole_frames) {
-            let arm = self.trial_ws.placement(model, frame).translation - before.com;
+            let arm = self.ws.placement(model, frame).translation - before.com;
             force += wrench.force;
             moment += wrench.moment + arm.cross(&wrench.force);
         }
         for push in scene.applied {
-            let arm = self.trial_ws.placement(model, push.frame).translation - before.com;
+            let arm = self.ws.placement(model, push.frame).translation - before.com;
             force += push.force;
             moment += arm.cross(&push.force);
         }
+        crba(model, &mut self.ws, &self.q1, &mut self.M);
         let wanted = (before.linear + dt * force, before.angular + dt * moment);
 
         // In base coordinates, about the base's origin: p_B and L_B = R^T L + c x p.

@@ -76,15 +76,6 @@ pub enum SimulatorError {
         /// The description of the sole.
         file: PathBuf,
     },
-    /// Processes that disagree about the tick.
-    #[error(
-        "plant.step.control_period_s = {found}, but every process has a tick of {} s: remove the key",
-        messages::CONTROL_PERIOD_S
-    )]
-    ControlPeriod {
-        /// What the configuration says (s).
-        found: f64,
-    },
     /// A time that cannot be waited for.
     #[error("run.{field} has to be zero or positive and at most {RUN_MAX_S:e}, it is {found}")]
     RunTime {
@@ -134,10 +125,6 @@ impl SimulatorSettings {
         }
         self.sole.check()?;
         self.plant.check().map_err(SimulatorError::PlantSettings)?;
-        let found = self.plant.step.control_period_s;
-        if found != messages::CONTROL_PERIOD_S {
-            return Err(SimulatorError::ControlPeriod { found });
-        }
         Ok(())
     }
 
@@ -160,6 +147,7 @@ impl SimulatorSettings {
     /// The plant's settings, with the robot's drives for the joints that are not named.
     pub(crate) fn plant(&self, robot: &Robot, model: &Model) -> PlantSettings {
         let mut settings = self.plant.clone();
+        settings.step.control_period_s = messages::CONTROL_PERIOD_S;
         for joint in model.joints() {
             if let Some(servo) = robot.description.servo(&joint.name) {
                 settings.servo.joints.entry(joint.name.clone()).or_insert(DriveSettings {

@@ -7,6 +7,11 @@ pub trait Ground {
     /// Height (m) and upward unit normal at a place (m, world).
     fn height_and_normal(&self, x_m: f64, y_m: f64) -> (f64, Vec3);
 
+    /// Is it one plane? Then nothing can lie between two places that were looked at.
+    fn is_plane(&self) -> bool {
+        false
+    }
+
     /// Factor on the sole's friction coefficient at a place (slippery or rough patches).
     fn friction_factor(&self, _x_m: f64, _y_m: f64) -> f64 {
         1.0
@@ -20,6 +25,10 @@ pub struct Plane;
 impl Ground for Plane {
     fn height_and_normal(&self, _x_m: f64, _y_m: f64) -> (f64, Vec3) {
         (0.0, Vec3::z())
+    }
+
+    fn is_plane(&self) -> bool {
+        true
     }
 }
 
@@ -35,5 +44,9 @@ pub struct Slope {
 impl Ground for Slope {
     fn height_and_normal(&self, x_m: f64, y_m: f64) -> (f64, Vec3) {
         (self.height_m - (self.normal.x * x_m + self.normal.y * y_m) / self.normal.z, self.normal)
+    }
+
+    fn is_plane(&self) -> bool {
+        true
     }
 }

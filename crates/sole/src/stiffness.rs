@@ -17,7 +17,7 @@ use friction::dense::{add_one, add_three, dot};
 use spatial::{Mat3, Vec3};
 
 /// Most columns of `Y` that any user keeps.
-pub(crate) const COLUMNS_MAX: usize = 13;
+pub(crate) const COLUMNS_MAX: usize = 14;
 const ABSENT: usize = usize::MAX;
 
 /// `K_c`, packed in the order in which points came; see the module.
@@ -89,6 +89,11 @@ impl ContactStiffness {
     /// Column `j` of `Y`, rows in use.
     pub(crate) fn y(&self, j: usize) -> &[f64] {
         &self.y[j * self.ld..j * self.ld + 3 * self.points.len()]
+    }
+
+    /// The same, to be changed: for columns that follow a recursion.
+    pub(crate) fn y_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.y[j * self.ld..j * self.ld + 3 * self.points.len()]
     }
 
     /// 3 x 3 block of `K_c`.
@@ -271,31 +276,39 @@ impl ContactStiffness {
         }
     }
 
-    /// `out = K_c w` for a few columns (leading dimension as here), one pass over `K_c`.
-    pub(crate) fn multiply_columns(&self, w: &[f64], columns: usize, out: &mut [f64]) {
-        let (ld, m) = (self.ld, 3 * self.points.len());
-        for target in out.chunks_mut(ld).take(columns) {
-            target[..m].fill(0.0);
-        }
-        for j in (0..m).step_by(3) {
-            let k = &self.k[j * ld..];
-            let (x, y, z) = (&k[..m], &k[ld..ld + m], &k[2 * ld..2 * ld + m]);
-            for (target, w) in out.chunks_mut(ld).zip(w.chunks(ld)).take(columns) {
-                add_three(&mut target[..m], x, y, z, w[j], w[j + 1], w[j + 2]);
-            }
-        }
-    }
-
-    /// Makes the contact set what the states say, by the cheaper way: point by point, or from all points in contact. Only for
-    /// users without columns.
-    pub(crate) fn synchronise(&mut self, model: &SoleModel, states: &[NodeState]) {
-        debug_assert!(self.columns == 0);
+    /// Makes the contact set what the states say, by the cheaper way: point by point, or from all points in contact. `z` are the rows
+    /// of `Z` at a point.
+    pub(crate) fn synchronise(&mut self, model: &SoleModel, states: &[NodeState], z: impl Fn(usize) -> Rows) {
         let differs = |point: usize, slots: &[usize]| (states[point] == NodeState::Free) == (slots[point] != ABSENT);
         let changes = (0..states.len()).filter(|p| differs(*p, &self.slots)).count();
         let free = states.iter().filter(|s| **s == NodeState::Free).count();
         // Filling is a copy of the stiffness, about as much work as one update.
         if changes > free + 1 {
             self.fill(model);
+            self.change_points(model, states, None::<&fn(usize) -> Rows>);
+            self.set_columns(self.columns, &z);
+        } else {
+            self.change_points(model, states, Some(&z));
+        }
+    }
+
+    /// `K_c` and `Y` anew from the compliance, by the cheaper way: what updates have left behind is gone.
+    pub(crate) fn refresh(&mut self, model: &SoleModel, states: &[NodeState], z: impl Fn(usize) -> Rows) {
+        let free = states.iter().filter(|s| **s == NodeState::Free).count();
+        if 2 * free < states.len() {
+            self.fill(model);
+        } else {
+            self.clear();
+        }
+        self.change_points(model, states, None::<&fn(usize) -> Rows>);
+        self.set_columns(self.columns, &z);
+    }
+
+    /// Lifts and lands points until the set is that of the states; without `z` the columns of `Y` are left to the caller.
+    fn change_points(&mut self, model: &SoleModel, states: &[NodeState], z: Option<&impl Fn(usize) -> Rows>) {
+        let columns = self.columns;
+        if z.is_none() {
+            self.columns = 0;
         }
         for point in 0..states.len() {
             if states[point] == NodeState::Free && self.slots[point] != ABSENT {
@@ -304,9 +317,10 @@ impl ContactStiffness {
         }
         for point in 0..states.len() {
             if states[point] != NodeState::Free && self.slots[point] == ABSENT {
-                self.land(model, point, &[[0.0; COLUMNS_MAX]; 3]);
+                self.land(model, point, &z.map_or([[0.0; COLUMNS_MAX]; 3], |z| z(point)));
             }
         }
+        self.columns = columns;
     }
 
     /// `y_j += x * K column k`, for reference positions that moved.

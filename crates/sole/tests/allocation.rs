@@ -121,7 +121,13 @@ fn the_plant_s_contact_does_not_allocate() {
                 so3::from_roll_pitch_yaw(0.01 * (5.0 * t).sin(), 0.015 * (3.0 * t).sin(), 0.0),
                 Vec3::new(1e-3 * (4.0 * t).sin(), 0.0, 1.2e-3 * (2.0 * t).cos() - 0.3e-3),
             );
-            contact.evaluate(&pose, &Plane, 1e-3);
+            if step % 2 == 0 {
+                contact.evaluate(&pose, &Plane, 1e-3);
+            } else {
+                contact.attempt(&pose, &Plane, 1e-3);
+                contact.tangent();
+                contact.complete();
+            }
             contact.commit();
         }
     });

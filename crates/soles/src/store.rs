@@ -8,6 +8,7 @@
 //! configuration leaves nothing behind. Processes may write the same entry at the same time: each writes a file of its own and renames it.
 
 use sole::{CacheError, SoleError, SoleModel, SoleSettings};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
@@ -32,6 +33,8 @@ const UNFINISHED: &str = "tmp";
 #[derive(Debug, Default)]
 pub struct Store {
     folder: Option<PathBuf>,
+    /// Soles kept in memory, if any are.
+    memory: Option<BTreeMap<u64, SoleModel>>,
     build: u64,
     unwritten: Vec<(u64, Vec<u8>)>,
     starts: Vec<Start>,
@@ -75,6 +78,12 @@ impl Store {
         Self::default()
     }
 
+    /// Keeps soles as long as itself lives: for many walks in one process.
+    #[must_use]
+    pub fn in_memory() -> Self {
+        Self { memory: Some(BTreeMap::new()), ..Self::default() }
+    }
+
     /// In the folder that the environment variable `SOLEUS_CACHE` names; without it, or if it is empty, nothing is kept.
     #[must_use]
     pub fn from_environment() -> Self {
@@ -100,6 +109,11 @@ impl Store {
         let start = Instant::now();
         let mut source = Source::Condensed;
         let key = self.key(settings);
+        if let Some(model) = self.memory.as_ref().and_then(|memory| memory.get(&key)) {
+            let model = model.clone();
+            self.starts.push(Start { source: Source::Kept, duration: start.elapsed() });
+            return Ok(model);
+        }
         let kept = self.folder.as_ref().and_then(|folder| files::read(&entry(folder, key), BYTES_MAX).ok());
         let model = match kept.map(|bytes| SoleModel::from_bytes(&bytes, key)) {
             Some(Ok(model)) => {
@@ -117,6 +131,9 @@ impl Store {
                 model
             }
         };
+        if let Some(memory) = &mut self.memory {
+            memory.insert(key, model.clone());
+        }
         self.starts.push(Start { source, duration: start.elapsed() });
         Ok(model)
     }
@@ -285,6 +302,16 @@ mod tests {
         none.condense(&settings(Level::Fem)).expect("a sole");
         assert_eq!(none.starts()[0].source, Source::Condensed);
         none.write().expect("nothing to write");
+    }
+
+    #[test]
+    fn a_store_in_memory_condenses_each_sole_once() {
+        let mut store = Store::in_memory();
+        let models = [Level::Fem, Level::Lumped, Level::Fem].map(|level| store.condense(&settings(level)).expect("a sole"));
+        assert_eq!(models[0].compliance(), models[2].compliance());
+        let sources: Vec<_> = store.starts().iter().map(|start| &start.source).collect();
+        assert_eq!(sources, [&Source::Condensed, &Source::Condensed, &Source::Kept]);
+        store.write().expect("nothing to write");
     }
 
     #[test]

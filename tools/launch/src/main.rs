@@ -24,7 +24,7 @@ use node::{LogFormat, Stop};
 use scenario::Setting;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Starts, supervises and stops the processes of a scenario.
 #[derive(Debug, Parser)]
@@ -141,9 +141,13 @@ fn serve(domain: &DomainName) -> Result<(), Ending> {
     let owner = Owner::claim(domain).map_err(|error| Ending::with_causes(3, error))?;
     let runtime = bus::runtime_folder();
     tracing::info!("serving domain `{domain}`, runtime folder {}, until asked to stop", runtime.display());
+    let mut reaped = Instant::now();
     while !stop.asked() {
         std::thread::sleep(Duration::from_millis(50));
-        owner.reap_dead();
+        if reaped.elapsed() > run::REAPING {
+            reaped = Instant::now();
+            owner.reap_dead();
+        }
     }
     Ok(())
 }

@@ -16,6 +16,8 @@ use std::time::{Duration, Instant};
 
 /// How often processes and messages are looked at: well within what the subscribers' buffers hold.
 const ROUND: Duration = Duration::from_millis(20);
+/// How often what the dead left in shared memory is looked for: a hundred file operations each time.
+pub(crate) const REAPING: Duration = Duration::from_secs(1);
 /// How long a process may take to stop.
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
 /// How long one that said that it stops may take to end, when another has ended because of it.
@@ -102,7 +104,7 @@ fn watch(
     owner: &Owner,
     stop: &Stop,
 ) -> Result<Reason, Ending> {
-    let mut named = Instant::now();
+    let (mut named, mut reaped) = (Instant::now(), Instant::now());
     loop {
         if stop.asked() {
             return Err(Ending::new(130, "interrupted"));
@@ -119,7 +121,10 @@ fn watch(
             tracing::info!("waiting for {}", ears.not_ready().join(", "));
         }
         progress.show(&ears.summary);
-        owner.reap_dead();
+        if reaped.elapsed() > REAPING {
+            reaped = Instant::now();
+            owner.reap_dead();
+        }
         std::thread::sleep(ROUND);
     }
 }

@@ -106,6 +106,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "pattern",
             "robot",
             "scenario",
+            "soles",
             "soleus-controller",
             "soleus-estimator",
             "soleus-planner",

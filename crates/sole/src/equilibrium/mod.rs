@@ -86,6 +86,9 @@ const SCREEN: f64 = 2.0;
 /// Half -3 %, double +3 %.
 const SAME_FACTORS: i32 = 4;
 
+/// Columns of `Y` at the first tick of a stance: four families of three, and the undeformed position.
+const FIRST_COLUMNS: usize = 13;
+
 /// A point whose state does not fit its force or gap.
 #[derive(Debug, Clone, Copy)]
 struct Change {
@@ -194,8 +197,8 @@ impl Equilibrium {
         let mut stiffness = ContactStiffness::new(&model);
         stiffness.fill(&model);
         let points = model.contact_points();
-        stiffness.set_columns(COLUMNS_MAX, |i| rows(&[1.0, points[i].x, points[i].y, points[i].z], &points[i]));
-        let full_y = (0..COLUMNS_MAX).flat_map(|j| stiffness.y(j).to_vec()).collect();
+        stiffness.set_columns(FIRST_COLUMNS, |i| rows(&[1.0, points[i].x, points[i].y, points[i].z], &points[i]));
+        let full_y = (0..FIRST_COLUMNS).flat_map(|j| stiffness.y(j).to_vec()).collect();
         Self {
             euler,
             pose: Transform::identity(),
@@ -256,7 +259,7 @@ impl Equilibrium {
         self.states.fill(NodeState::Stick);
         self.slips.fill(Vector2::zeros());
         self.stiffness.fill(&self.model);
-        self.stiffness.copy_columns(COLUMNS_MAX, &self.full_y);
+        self.stiffness.copy_columns(FIRST_COLUMNS, &self.full_y);
     }
 
     /// Starts from given references and states instead: for tools that continue a history they hold.
@@ -277,7 +280,7 @@ impl Equilibrium {
         self.stiffness.fill(&self.model);
         let points = self.model.contact_points();
         if self.first.is_some() {
-            self.stiffness.copy_columns(COLUMNS_MAX, &self.full_y);
+            self.stiffness.copy_columns(FIRST_COLUMNS, &self.full_y);
         } else {
             let q = &self.references;
             self.stiffness.set_columns(10, |i| rows(&[1.0, q[i].x, q[i].y], &points[i]));

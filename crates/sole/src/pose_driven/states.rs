@@ -1,90 +1,87 @@
-//! Which points are free, stick or slide: by their forces and gaps, or found from scratch.
+//! Which points are free, stick or slide, by their forces and gaps.
 
 use super::PoseDrivenContact;
-use crate::NodeState;
-use friction::{ContactProblem, LocalState, Settings, Workspace};
+use super::history::displacement;
+use crate::{Ground, NodeState};
 use nalgebra::Vector2;
-use spatial::{Mat3, Transform, Vec3};
+use spatial::Vec3;
+
+/// A free point's gap is measured from a plane of the ground near it. Grounds no steeper than three to one are then no nearer than its
+/// distance less this many times what the point's place is unsure by.
+const UNSURE: f64 = 4.0;
 
 impl PoseDrivenContact {
     /// New states from forces and gaps; (contact set changed, anything else changed).
-    pub(super) fn update_states(&mut self, pose: &Transform, beta: f64, floor_n: f64, floor_m: f64) -> (bool, bool) {
+    pub(super) fn update_states(&mut self, ground: &dyn Ground) -> (bool, bool) {
         let (mut set_changed, mut changed) = (false, false);
+        let (floor_n, floor_m) = (self.floor_n(), self.floor_m());
+        for slot in 0..self.stiffness.len() {
+            let point = self.stiffness.points()[slot];
+            let place = &self.places[point];
+            let force = place.frame.tr_mul(&self.forces[slot]);
+            let bound = place.mu * force.z;
+            let tangential = force.xy();
+            let to = if force.z < -floor_n {
+                set_changed = true;
+                NodeState::Free
+            } else if self.states[point] == NodeState::Stick {
+                if tangential.norm() <= bound + floor_n {
+                    continue;
+                }
+                changed = true;
+                NodeState::Slip
+            } else if (tangential - self.beta * self.rho[point] * self.slips[point]).norm() < bound - floor_n {
+                changed = true;
+                NodeState::Stick
+            } else {
+                continue;
+            };
+            self.changes += 1;
+            self.states[point] = to;
+            self.slips[point] = Vector2::zeros();
+        }
+        let surely = if ground.is_plane() { 1.0 } else { UNSURE };
         for point in 0..self.states.len() {
-            let place = self.places[point];
-            match self.stiffness.slot(point) {
-                Some(slot) => {
-                    let force = self.turn(pose, point) * self.force(slot);
-                    let bound = place.mu * force.z;
-                    let tangential = force.xy();
-                    if force.z < -floor_n {
-                        self.states[point] = NodeState::Free;
-                        self.slips[point] = Vector2::zeros();
-                        set_changed = true;
-                    } else if self.states[point] == NodeState::Stick {
-                        if tangential.norm() > bound + floor_n {
-                            self.states[point] = NodeState::Slip;
-                            self.slips[point] = Vector2::zeros();
-                            changed = true;
-                        }
-                    } else if (tangential - beta * self.rho[point] * self.slips[point]).norm() < bound - floor_n {
-                        self.states[point] = NodeState::Stick;
-                        self.slips[point] = Vector2::zeros();
-                        changed = true;
-                    }
-                }
-                None => {
-                    let away = place.frame.tr_mul(&(self.report.node_positions[point] - place.reference));
-                    if away.z < -floor_m {
-                        let slides = away.xy().norm() > place.mu * away.z.abs();
-                        self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
-                        self.slips[point] = if slides { away.xy() } else { Vector2::zeros() };
-                        set_changed = true;
-                    }
-                }
+            if self.states[point] != NodeState::Free || self.stiffness.slot(point).is_some() {
+                continue;
+            }
+            let Some(away) = self.away_from_ground(point, surely, ground) else { continue };
+            if away.z < -floor_m {
+                let slides = away.xy().norm() > self.places[point].mu * away.z.abs();
+                self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.slips[point] = if slides { away.xy() } else { Vector2::zeros() };
+                self.changes += 1;
+                set_changed = true;
             }
         }
         if set_changed {
-            self.stiffness.synchronise(&self.model, &self.states);
+            self.follow_states();
         }
         (set_changed, changed)
     }
 
-    /// States and slips from scratch by the `friction` crate; false when it fails too. Allocates: only on this slow path.
-    pub(super) fn settle_from_scratch(&mut self, pose: &Transform, beta: f64) -> bool {
-        let n = self.states.len();
-        let keep = (beta - 1.0) / beta;
-        let turns: Vec<Mat3> = (0..n).map(|point| self.turn(pose, point)).collect();
-        let c = self.model.compliance();
-        let mut delassus = nalgebra::DMatrix::zeros(3 * n, 3 * n);
-        let mut free = nalgebra::DVector::zeros(3 * n);
-        for b in 0..n {
-            for a in 0..n {
-                let block = turns[a] * c.fixed_view::<3, 3>(3 * a, 3 * b) * turns[b].transpose() / beta;
-                delassus.fixed_view_mut::<3, 3>(3 * a, 3 * b).copy_from(&block);
+    /// Where a free point is relative to its reference, in the local frame; `None` when it is too far from the ground to land, wherever
+    /// exactly it is.
+    fn away_from_ground(&mut self, point: usize, surely: f64, ground: &dyn Ground) -> Option<Vec3> {
+        let p = self.model.contact_points()[point];
+        let far = |contact: &Self, surely: f64| {
+            let place = &contact.places[point];
+            let at = contact.pose.point(&(p + contact.screen.u[point]));
+            let gap_m = place.frame.column(2).dot(&(at - place.reference));
+            gap_m > 0.0 && gap_m > surely * contact.screen.reach_m(point, gap_m / surely)
+        };
+        if !self.places[point].exact {
+            if far(self, surely) {
+                return None;
             }
-            let shift = Vec3::from_fn(|axis, _| keep * self.previous_u[3 * b + axis]);
-            let undeformed = pose.point(&(self.model.contact_points()[b] + shift));
-            let place = &self.places[b];
-            free.fixed_rows_mut::<3>(3 * b).copy_from(&place.frame.tr_mul(&(undeformed - place.reference)));
+            self.place_exactly(point, ground);
         }
-        let mu = self.places.iter().map(|place| place.mu).collect();
-        let Ok(problem) = ContactProblem::new(delassus, free, mu) else { return false };
-        let mut workspace = Workspace::new(n);
-        let settings = Settings { tolerance: self.settings.tolerance, ..Settings::default() };
-        let answer = friction::solve(&problem, &mut workspace, &settings);
-        for point in 0..n {
-            self.slips[point] = Vector2::zeros();
-            self.states[point] = match workspace.states()[point] {
-                LocalState::Open => NodeState::Free,
-                LocalState::Stick => NodeState::Stick,
-                LocalState::Slide => {
-                    self.slips[point] = answer.delta.fixed_rows::<2>(3 * point).into();
-                    NodeState::Slip
-                }
-            };
+        // Its plane is settled for this step: only the point moves.
+        if far(self, 1.0) {
+            return None;
         }
-        self.stiffness.synchronise(&self.model, &self.states);
-        true
+        let place = &self.places[point];
+        let at = self.pose.point(&(p + displacement(&self.model, &self.elastic, point)));
+        Some(place.frame.tr_mul(&(at - place.reference)))
     }
 }
