@@ -73,6 +73,7 @@ fn a_full_disk_breaks_a_recording_off_and_that_is_told() {
     let _alone = alone();
     let running = Launch::short_walk().set("recorder.flush_period_s=0.05").start();
     let recorder = running.wait_for_child("soleus-recorder");
+    eventually("the recording is begun", || running.partial_recording().exists());
     // As if the disk were full: no file of this process may have more than 300 kB.
     let limited = Command::new("prlimit").args(["--pid", &recorder.to_string(), "--fsize=300000"]).status();
     assert!(limited.expect("util-linux").success());

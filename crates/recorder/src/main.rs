@@ -53,8 +53,6 @@ impl Program for RecorderProcess {
         ];
         let mut info = self.0.run_info(&facts).map_err(Failure::running)?;
         info.utc_minus_monotonic_ns = utc_minus_monotonic_ns;
-        // Where files may not grow beyond a size, writing shall fail and not kill.
-        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default()).map_err(Failure::running)?;
         let mut recorder = Recorder::create(&self.0, info).map_err(|error| match error {
             WriteError::Exists { .. } => Failure::unusable(error),
             _ => Failure::Storage(error.into()),
@@ -187,5 +185,7 @@ impl Visitor for Inputs<'_> {
 }
 
 fn main() -> ExitCode {
+    // Where files may not grow beyond a size, writing shall fail and not kill. Without it the default stays.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     node::main::<RecorderProcess>()
 }
