@@ -56,6 +56,20 @@ pub enum MeshError {
         /// The node.
         node: usize,
     },
+    /// Different nodes at one place: what they belong to is not joined there. Remedy: merge them (in Gmsh `Coherence Mesh;` or
+    /// `RemoveDuplicateNodes`), or open the slit.
+    #[error(
+        "nodes {first} and {second} lie at the same place, as do {pairs} pairs in all: the mesh is slit there; merge coincident nodes (in Gmsh \
+         Coherence Mesh), or open the slit"
+    )]
+    Coincident {
+        /// The one.
+        first: usize,
+        /// The other, later in the mesh.
+        second: usize,
+        /// Pairs of nodes at one place, this one included.
+        pairs: usize,
+    },
     /// Two elements lie on the same side of a common face. Remedy: delete the copy, or remesh.
     #[error(
         "elements {first} and {second} lie on the same side of one face: they overlap, or one is a copy of the other"
@@ -111,6 +125,7 @@ impl MeshError {
             | Self::UnreferencedNode { node }
             | Self::ClampedContact { node }
             | Self::UpsideDown { node, .. } => vec![*node],
+            Self::Coincident { first, second, .. } => vec![*first, *second],
             Self::BadElement { nodes, .. } | Self::Disconnected { nodes, .. } => nodes.to_vec(),
             _ => Vec::new(),
         }

@@ -12,6 +12,7 @@ mod hull;
 mod mesh;
 mod mesh_quality;
 mod msh;
+mod msh_file;
 mod outline;
 mod write_msh;
 

@@ -99,7 +99,7 @@ impl Mesh {
     }
 
     /// Every mesh passes here: not too many elements, finite nodes, the size of a sole, positive volumes, no node without an element, no
-    /// element upon another, one part connected through faces, clamped and contact sets that are there, do not meet, and are the right way up.
+    /// two nodes at one place, no element upon another, one part connected through faces, clamped and contact sets that are there, do not meet, and are the right way up.
     ///
     /// # Errors
     /// The first defect found, with the element or node named.
@@ -114,6 +114,7 @@ impl Mesh {
         }
         check_extent(self.extent())?;
         self.check_elements()?;
+        self.check_places()?;
         self.check_faces()?;
         self.check_sets()?;
         Ok(self)
@@ -140,6 +141,26 @@ impl Mesh {
         }
         match used.iter().position(|u| !u) {
             Some(node) => Err(MeshError::UnreferencedNode { node }),
+            None => Ok(()),
+        }
+    }
+
+    /// No two nodes at one place, other than the ends of an element's shortest edge.
+    fn check_places(&self) -> Result<(), MeshError> {
+        let tolerance = PLANE_TOLERANCE * self.extent();
+        let mut order: Vec<usize> = (0..self.nodes.len()).collect();
+        order.sort_by(|a, b| self.nodes[*a].x.total_cmp(&self.nodes[*b].x));
+        let mut found: Vec<[usize; 2]> = Vec::new();
+        for (i, a) in order.iter().enumerate() {
+            let p = self.nodes[*a];
+            let near = order[i + 1..].iter().take_while(|b| self.nodes[**b].x - p.x <= tolerance);
+            found.extend(near.filter(|b| (self.nodes[**b] - p).norm() <= tolerance).map(|b| [*a.min(b), *a.max(b)]));
+        }
+        if !found.is_empty() {
+            found.retain(|[a, b]| !self.tetrahedra.iter().any(|t| t.contains(a) && t.contains(b)));
+        }
+        match found.iter().min() {
+            Some([first, second]) => Err(MeshError::Coincident { first: *first, second: *second, pairs: found.len() }),
             None => Ok(()),
         }
     }

@@ -1,13 +1,12 @@
 //! Gmsh meshes, ASCII formats 2.2 and 4.1.
 //!
 //! Own reader: the one crate for this (mshio 0.4.2, 2020) reads 4.1 only, drops the names of physical groups, which is all that
-//! matters here, and is no longer kept. What is read: `$PhysicalNames`, `$Entities`, `$Nodes`, `$Elements` (triangles and
-//! tetrahedra, of quadratic ones the corners); other sections are skipped.
+//! matters here, and is no longer kept. Here: which nodes are clamped and which may touch. The sections are read in `msh_file`.
 
+use crate::msh_file;
 use crate::{Mesh, MeshError};
 use spatial::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
-use std::str::{FromStr, SplitAsciiWhitespace};
 use thiserror::Error;
 
 /// How clamped and contact nodes are told.
@@ -47,19 +46,48 @@ pub enum MshError {
         /// 0 is ASCII.
         file_type: String,
     },
-    /// A physical group is not there.
-    #[error("no physical surface group `{group}` (found: {found:?})")]
+    /// A physical group is not there. Remedy: the name exactly so, in small letters, on surfaces.
+    #[error(
+        "no physical surface group `{group}` (found: {found:?}){}",
+        .nearest.as_ref().map_or_else(String::new, |name| format!("; was `{name}` meant? rename it to `{group}`"))
+    )]
     NoGroup {
         /// The group looked for.
         group: &'static str,
         /// The groups of the file.
         found: Vec<String>,
+        /// A surface group whose name is nearly this one.
+        nearest: Option<String>,
     },
-    /// No tetrahedron in the file. Remedy: save all elements, or put the volume into a physical group.
+    /// A physical group has its name and no triangle. Remedy: assign the surface to it. Format 2.2 loses the groups of all elements when
+    /// everything is saved.
     #[error(
-        "no tetrahedron in the file: put the volume into a physical group, or save all elements (in Gmsh Mesh.SaveAll = 1)"
+        "the physical surface group `{group}` has no triangle: assign its surfaces to it, and with version 2.2 set Mesh.SaveAll = 0, for \
+         there saving everything drops the groups"
     )]
-    NoTetrahedra,
+    EmptyGroup {
+        /// The group.
+        group: &'static str,
+    },
+    /// No tetrahedron in the file.
+    #[error("no tetrahedron in the file: {}", why_no_tetrahedra(*.surfaces, .volumes))]
+    NoTetrahedra {
+        /// There are physical groups of surfaces.
+        surfaces: bool,
+        /// Names of the physical groups of volumes.
+        volumes: Vec<String>,
+    },
+    /// An element of another kind, in three dimensions or on a surface. Remedy: tetrahedra; in Gmsh without recombination and without layers of
+    /// an extrusion that recombine.
+    #[error(
+        "element {element} is a {kind}: triangles and tetrahedra are read (of higher order too, by their corners); mesh without recombination"
+    )]
+    OtherElement {
+        /// Its number.
+        element: u64,
+        /// What it is, and Gmsh's number of its type.
+        kind: String,
+    },
     /// An element names a node that the file does not have.
     #[error("element {element} refers to node {node}, which does not exist")]
     UnknownNode {
@@ -99,20 +127,22 @@ fn in_the_file(elements: &[u64], nodes: &[u64]) -> String {
     if named.is_empty() { String::new() } else { format!(" (in the file: {})", named.join("; ")) }
 }
 
+/// Gmsh saves the elements of physical groups only as soon as there is one.
+fn why_no_tetrahedra(surfaces: bool, volumes: &[String]) -> String {
+    if !volumes.is_empty() {
+        format!("the physical groups {volumes:?} of volumes are empty; mesh in three dimensions (gmsh -3)")
+    } else if surfaces {
+        "it has physical groups of surfaces but none of the volume, so Gmsh did not save it; add one, as in Physical Volume(\"sole\") = {1}"
+            .to_owned()
+    } else {
+        "mesh in three dimensions (gmsh -3)".to_owned()
+    }
+}
+
 /// Nodes within this fraction of the extent of a plane lie on it.
 const PLANE_TOLERANCE: f64 = 1e-6;
-
-#[derive(Default)]
-struct File {
-    /// (dimension, tag) -> name
-    names: BTreeMap<(u64, i64), String>,
-    /// (dimension, entity) -> physical tags
-    entities: BTreeMap<(u64, i64), Vec<i64>>,
-    nodes: BTreeMap<u64, Vec3>,
-    /// number, physical tags, corners
-    triangles: Vec<(u64, Vec<i64>, Vec<u64>)>,
-    tetrahedra: Vec<(u64, Vec<u64>)>,
-}
+/// Names at least so similar (Jaro-Winkler, small letters) are taken for slips of the pen.
+const NEAR_MISS: f64 = 0.85;
 
 impl Mesh {
     /// Reads a Gmsh file (format 2.2 or 4.1, ASCII), coordinates in metres in the sole frame.
@@ -120,9 +150,11 @@ impl Mesh {
     /// # Errors
     /// [`MshError`] names the section, group, node or element.
     pub fn from_msh(text: &str, sets: MshSets) -> Result<Self, MshError> {
-        let file = read(text)?;
+        let file = msh_file::read(text)?;
         if file.tetrahedra.is_empty() {
-            return Err(MshError::NoTetrahedra);
+            let of = |wanted: u64| file.names.iter().filter(move |((dimension, _), _)| *dimension == wanted);
+            let volumes = of(3).map(|(_, name)| name.clone()).collect();
+            return Err(MshError::NoTetrahedra { surfaces: of(2).next().is_some(), volumes });
         }
         let tags: Vec<u64> = file.nodes.keys().copied().collect();
         let index: BTreeMap<u64, usize> = tags.iter().enumerate().map(|(i, tag)| (*tag, i)).collect();
@@ -138,7 +170,9 @@ impl Mesh {
         }
         let bare = Mesh { nodes, tetrahedra, clamped: Vec::new(), contact: Vec::new() };
         let extent_m = bare.extent();
-        let named = |group: &str| file.names.iter().any(|((_, _), name)| name == group);
+        let surfaces = || file.names.iter().filter(|((dimension, _), _)| *dimension == 2).map(|(_, name)| name.as_str());
+        // A name that is nearly right is a mistake, not a wish for the planes.
+        let named = |group: &str| file.names.values().any(|name| name == group) || near_miss(group, surfaces()).is_some();
         let by_group = match sets {
             MshSets::Groups => true,
             MshSets::Planes => false,
@@ -150,9 +184,12 @@ impl Mesh {
                 let on = |p: &Vec3| (p.z - height).abs() <= PLANE_TOLERANCE * extent_m;
                 return Ok((0..bare.nodes.len()).filter(|i| on(&bare.nodes[*i])).collect());
             }
-            let found = file.names.values().cloned().collect();
             let tag = file.names.iter().find(|((dimension, _), name)| *dimension == 2 && *name == wanted);
-            let ((_, tag), _) = tag.ok_or(MshError::NoGroup { group: wanted, found })?;
+            let ((_, tag), _) = tag.ok_or_else(|| MshError::NoGroup {
+                group: wanted,
+                found: file.names.values().cloned().collect(),
+                nearest: near_miss(wanted, surfaces()),
+            })?;
             let mut set = BTreeSet::new();
             for (element, physical, corners) in &file.triangles {
                 if physical.contains(tag) {
@@ -160,6 +197,9 @@ impl Mesh {
                         set.insert(place(*element, *node)?);
                     }
                 }
+            }
+            if set.is_empty() {
+                return Err(MshError::EmptyGroup { group: wanted });
             }
             Ok(set.into_iter().collect())
         };
@@ -175,203 +215,10 @@ impl Mesh {
     }
 }
 
-/// The numbers of one section, in order.
-struct Numbers<'a> {
-    section: &'static str,
-    words: SplitAsciiWhitespace<'a>,
-}
-
-impl Numbers<'_> {
-    fn next<T: FromStr>(&mut self, expected: &'static str) -> Result<T, MshError> {
-        let malformed = MshError::Malformed { section: self.section, expected };
-        self.words.next().and_then(|word| word.parse().ok()).ok_or(malformed)
-    }
-
-    fn point(&mut self) -> Result<Vec3, MshError> {
-        const WHAT: &str = "three coordinates";
-        Ok(Vec3::new(self.next(WHAT)?, self.next(WHAT)?, self.next(WHAT)?))
-    }
-
-    fn skip(&mut self, count: usize, expected: &'static str) -> Result<(), MshError> {
-        (0..count).try_for_each(|_| self.next::<f64>(expected).map(|_| ()))
-    }
-}
-
-fn section<'a>(text: &'a str, name: &'static str) -> Option<&'a str> {
-    let (open, close) = (format!("${name}\n"), format!("$End{name}"));
-    let start = text.find(&open)? + open.len();
-    Some(&text[start..start + text[start..].find(&close)?])
-}
-
-fn numbers<'a>(text: &'a str, name: &'static str) -> Result<Numbers<'a>, MshError> {
-    let body = section(text, name);
-    let body = body.ok_or(MshError::Malformed { section: name, expected: "the section with its end" })?;
-    Ok(Numbers { section: name, words: body.split_ascii_whitespace() })
-}
-
-fn read(text: &str) -> Result<File, MshError> {
-    let text = text.replace("\r\n", "\n");
-    if !text.contains("$MeshFormat\n") {
-        return Err(MshError::NotGmsh);
-    }
-    let mut header = numbers(&text, "MeshFormat")?;
-    let version: String = header.next("a version")?;
-    let file_type: String = header.next("a file type")?;
-    let mut file = File { names: names(&text)?, ..File::default() };
-    match (version.as_str(), file_type.as_str()) {
-        ("2.2" | "2", "0") => read_2(&text, &mut file)?,
-        ("4.1", "0") => read_4(&text, &mut file)?,
-        _ => return Err(MshError::Unsupported { version, file_type }),
-    }
-    Ok(file)
-}
-
-fn names(text: &str) -> Result<BTreeMap<(u64, i64), String>, MshError> {
-    let Some(body) = section(text, "PhysicalNames") else { return Ok(BTreeMap::new()) };
-    let malformed = || MshError::Malformed { section: "PhysicalNames", expected: "dimension, tag and quoted name" };
-    body.lines()
-        .skip(1)
-        .filter(|line| !line.trim().is_empty())
-        .map(|line| {
-            let mut parts = line.trim().splitn(3, ' ');
-            let dimension = parts.next().and_then(|x| x.parse().ok()).ok_or_else(malformed)?;
-            let tag = parts.next().and_then(|x| x.parse().ok()).ok_or_else(malformed)?;
-            let name = parts.next().ok_or_else(malformed)?.trim().trim_matches('"');
-            Ok(((dimension, tag), name.to_owned()))
-        })
-        .collect()
-}
-
-/// Corners and all nodes of the element types that are understood; nodes of the others.
-fn element_shape(kind: u64) -> Option<(Shape, usize)> {
-    Some(match kind {
-        1 => (Shape::Other, 2),
-        2 => (Shape::Triangle, 3),
-        4 => (Shape::Tetrahedron, 4),
-        8 => (Shape::Other, 3),
-        9 => (Shape::Triangle, 6),
-        11 => (Shape::Tetrahedron, 10),
-        15 => (Shape::Other, 1),
-        _ => return None,
-    })
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Shape {
-    Triangle,
-    Tetrahedron,
-    Other,
-}
-
-impl File {
-    fn node(&mut self, number: u64, point: Vec3) -> Result<(), MshError> {
-        match self.nodes.insert(number, point) {
-            None => Ok(()),
-            Some(_) => Err(MshError::NodeTwice { node: number }),
-        }
-    }
-
-    fn element(&mut self, shape: Shape, number: u64, physical: Vec<i64>, mut nodes: Vec<u64>) {
-        match shape {
-            Shape::Triangle => {
-                nodes.truncate(3);
-                self.triangles.push((number, physical, nodes));
-            }
-            Shape::Tetrahedron => {
-                nodes.truncate(4);
-                self.tetrahedra.push((number, nodes));
-            }
-            Shape::Other => {}
-        }
-    }
-
-    /// Midpoints of quadratic elements are made anew where they are wanted: those of the file are dropped.
-    fn drop_midpoints(&mut self, seen: &BTreeSet<u64>) {
-        let corners: BTreeSet<u64> = self.tetrahedra.iter().flat_map(|(_, nodes)| nodes.iter().copied()).collect();
-        self.nodes.retain(|tag, _| corners.contains(tag) || !seen.contains(tag));
-    }
-}
-
-const ELEMENT: &str = "an element of a known type (line, triangle, tetrahedron, point, linear or quadratic)";
-
-fn read_2(text: &str, file: &mut File) -> Result<(), MshError> {
-    let mut input = numbers(text, "Nodes")?;
-    for _ in 0..input.next::<usize>("the number of nodes")? {
-        let tag = input.next("a node number")?;
-        let point = input.point()?;
-        file.node(tag, point)?;
-    }
-    let mut input = numbers(text, "Elements")?;
-    let mut midpoints = BTreeSet::new();
-    for _ in 0..input.next::<usize>("the number of elements")? {
-        let number = input.next("an element number")?;
-        let (shape, count) = element_shape(input.next("an element type")?)
-            .ok_or(MshError::Malformed { section: "Elements", expected: ELEMENT })?;
-        let tags: usize = input.next("the number of tags")?;
-        let tags = (0..tags).map(|_| input.next("an element tag")).collect::<Result<Vec<i64>, _>>()?;
-        let nodes = (0..count).map(|_| input.next("a node number")).collect::<Result<Vec<u64>, _>>()?;
-        midpoints.extend(nodes.iter().skip(4).copied());
-        file.element(shape, number, tags.into_iter().take(1).collect(), nodes);
-    }
-    file.drop_midpoints(&midpoints);
-    Ok(())
-}
-
-fn read_4(text: &str, file: &mut File) -> Result<(), MshError> {
-    if section(text, "Entities").is_some() {
-        let mut input = numbers(text, "Entities")?;
-        let counts: [usize; 4] = [
-            input.next("the number of points")?,
-            input.next("the number of curves")?,
-            input.next("the number of surfaces")?,
-            input.next("the number of volumes")?,
-        ];
-        for (dimension, count) in counts.into_iter().enumerate() {
-            for _ in 0..count {
-                let tag = input.next("an entity")?;
-                input.skip(if dimension == 0 { 3 } else { 6 }, "its bounding box")?;
-                let physical: usize = input.next("the number of physical groups")?;
-                let groups = (0..physical).map(|_| input.next("a group")).collect::<Result<Vec<i64>, _>>()?;
-                if dimension > 0 {
-                    let bounding: usize = input.next("the number of bounding entities")?;
-                    input.skip(bounding, "bounding entities")?;
-                }
-                file.entities.insert((dimension as u64, tag), groups);
-            }
-        }
-    }
-    let mut input = numbers(text, "Nodes")?;
-    let blocks: usize = input.next("the number of blocks")?;
-    input.skip(3, "node counts")?;
-    for _ in 0..blocks {
-        let dimension: usize = input.next("an entity")?;
-        input.skip(1, "an entity")?;
-        let parametric: usize = input.next("a parametric flag")?;
-        let count: usize = input.next("the number of nodes")?;
-        let tags = (0..count).map(|_| input.next("a node number")).collect::<Result<Vec<u64>, _>>()?;
-        for tag in tags {
-            let point = input.point()?;
-            input.skip(parametric.saturating_mul(dimension), "parametric coordinates")?;
-            file.node(tag, point)?;
-        }
-    }
-    let mut input = numbers(text, "Elements")?;
-    let blocks: usize = input.next("the number of blocks")?;
-    input.skip(3, "element counts")?;
-    let mut midpoints = BTreeSet::new();
-    for _ in 0..blocks {
-        let dimension: u64 = input.next("an entity")?;
-        let entity: i64 = input.next("an entity")?;
-        let (shape, nodes) = element_shape(input.next("an element type")?)
-            .ok_or(MshError::Malformed { section: "Elements", expected: ELEMENT })?;
-        let groups = file.entities.get(&(dimension, entity)).cloned().unwrap_or_default();
-        for _ in 0..input.next::<usize>("the number of elements")? {
-            let number = input.next("an element number")?;
-            let nodes = (0..nodes).map(|_| input.next("a node number")).collect::<Result<Vec<u64>, _>>()?;
-            midpoints.extend(nodes.iter().skip(4).copied());
-            file.element(shape, number, groups.clone(), nodes);
-        }
-    }
-    file.drop_midpoints(&midpoints);
-    Ok(())
+/// The name that was meant, if one of these is nearly it.
+fn near_miss<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let similarity = |name: &str| strsim::jaro_winkler(wanted, &name.trim().to_lowercase());
+    let near = names.filter(|name| *name != wanted).map(|name| (similarity(name), name));
+    let near = near.filter(|(similarity, _)| *similarity >= NEAR_MISS);
+    near.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, name)| name.to_owned())
 }

@@ -150,3 +150,31 @@ fn inverted_elements_and_those_without_volume_are_named() {
         }
     }
 }
+
+#[test]
+fn a_slit_of_nodes_at_one_place_is_told() {
+    // The block cut in two along y = 0, but for its rear end: the nodes of the cut are there twice.
+    let mesh = Mesh::kuhn_box([0.2, 0.1, 0.03], [4, 2, 1]).expect("a box");
+    let mut slit = mesh.clone();
+    let cut: Vec<usize> =
+        (0..mesh.nodes.len()).filter(|i| mesh.nodes[*i].y.abs() < 1e-9 && mesh.nodes[*i].x > 0.0).collect();
+    for old in &cut {
+        let new = slit.nodes.len();
+        slit.nodes.push(slit.nodes[*old]);
+        for t in 0..slit.tetrahedra.len() {
+            let left = slit.tetrahedra[t].iter().map(|i| mesh.nodes[(*i).min(mesh.nodes.len() - 1)].y).sum::<f64>() > 0.0;
+            slit.tetrahedra[t].iter_mut().filter(|i| left && **i == *old).for_each(|i| *i = new);
+        }
+        for set in [&mut slit.clamped, &mut slit.contact] {
+            if set.contains(old) {
+                set.push(new);
+            }
+        }
+    }
+    let told = MeshError::Coincident { first: cut[0], second: mesh.nodes.len(), pairs: cut.len() };
+    assert_eq!(slit.clone().checked(), Err(told.clone()));
+    assert!(told.to_string().contains("slit"), "{told}");
+    // Opened by a hundredth of a millimetre it is a sole that somebody has cut.
+    slit.nodes[mesh.nodes.len()..].iter_mut().for_each(|p| p.y += 1e-5);
+    assert!(slit.checked().is_ok());
+}
