@@ -17,6 +17,14 @@ pub enum ModelError {
         /// Name of the root element, empty if there is none.
         found: String,
     },
+    /// A second element stands beside `<robot>`. Remedy: one robot per file.
+    #[error("a second root element, <{second}>, near line {line}: a URDF has one <robot> and no element beside it")]
+    SeveralElements {
+        /// Name of the second one.
+        second: String,
+        /// Line, from 1.
+        line: usize,
+    },
     /// Macros are not expanded here. Remedy: run `xacro` first and give its output.
     #[error("<{element}> is a macro; expand the file with xacro first")]
     Macro {

@@ -25,6 +25,14 @@ pub enum RobotError {
         /// What was found.
         name: String,
     },
+    /// The text is in another encoding than UTF-8. Remedy: save it anew as UTF-8 (`iconv -f ENCODING -t UTF-8`).
+    #[error("{}: the text is {encoding}, UTF-8 expected; convert it, as in `iconv -f {encoding} -t UTF-8`", .file.display())]
+    Encoding {
+        /// Which file.
+        file: PathBuf,
+        /// What it is, as `iconv` calls it.
+        encoding: &'static str,
+    },
     /// Not TOML, an unknown key, a missing key, or a value of another type.
     #[error("{}:{line}:{column}: {message}{}", .file.display(), suggestion(.nearest))]
     Toml {

@@ -105,8 +105,25 @@ pub fn fingerprint(texts: &[&str]) -> u64 {
 }
 
 fn read(file: &Path) -> Result<String, RobotError> {
-    files::read_text(file, files::URDF_MAX_BYTES)
-        .map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })
+    let bytes = files::read(file, files::URDF_MAX_BYTES)
+        .map_err(|source| RobotError::Unreadable { file: file.to_owned(), source })?;
+    if let Some(encoding) = other_encoding(&bytes) {
+        return Err(RobotError::Encoding { file: file.to_owned(), encoding });
+    }
+    String::from_utf8(bytes).map_err(|_| RobotError::Encoding { file: file.to_owned(), encoding: "ISO-8859-1" })
+}
+
+/// Encodings that give themselves away: by a byte-order mark, or by the zero bytes beside the letters of a text that is mostly ASCII. (What is
+/// neither these nor UTF-8 is Latin-1 in nearly all files.)
+fn other_encoding(bytes: &[u8]) -> Option<&'static str> {
+    match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("UTF-16"),
+        [0, 0, 0, letter, ..] | [letter, 0, 0, 0, ..] if *letter != 0 => Some("UTF-32"),
+        [0, letter, ..] if *letter != 0 => Some("UTF-16BE"),
+        [letter, 0, ..] if *letter != 0 => Some("UTF-16LE"),
+        _ => None,
+    }
 }
 
 fn parse<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, RobotError> {

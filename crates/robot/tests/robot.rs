@@ -359,3 +359,32 @@ fn a_mesh_may_be_off_its_middle_by_rounding_alone_in_every_direction() {
         }
     }
 }
+
+#[test]
+fn texts_in_other_encodings_are_called_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["robot.toml", "sole.toml", "hrp4.urdf"] {
+        std::fs::copy(shipped().join(name), folder.path().join(name)).unwrap();
+    }
+    let file = folder.path().join("hrp4.urdf");
+    let text = std::fs::read_to_string(&file).unwrap().replacen("<link", "<!-- \u{e9}paule --><link", 1);
+    let latin: Vec<u8> = text.chars().map(|c| u8::try_from(u32::from(c)).unwrap_or(b'?')).collect();
+    let wide = |order: fn(u16) -> [u8; 2], mark: &str| -> Vec<u8> {
+        format!("{mark}{text}").encode_utf16().flat_map(order).collect()
+    };
+    for (bytes, name) in [
+        (latin, "ISO-8859-1"),
+        (wide(u16::to_le_bytes, "\u{feff}"), "UTF-16"),
+        (wide(u16::to_be_bytes, "\u{feff}"), "UTF-16"),
+        (wide(u16::to_le_bytes, ""), "UTF-16LE"),
+        (wide(u16::to_be_bytes, ""), "UTF-16BE"),
+        (text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect(), "UTF-32"),
+    ] {
+        std::fs::write(&file, bytes).unwrap();
+        let error = Robot::load(folder.path()).unwrap_err();
+        assert!(matches!(&error, RobotError::Encoding { encoding, .. } if *encoding == name), "{error}");
+        assert!(error.to_string().contains(&format!("hrp4.urdf: the text is {name}, UTF-8 expected")), "{error}");
+    }
+    std::fs::write(&file, &text).unwrap();
+    assert!(Robot::load(folder.path()).is_ok(), "the same text as UTF-8");
+}

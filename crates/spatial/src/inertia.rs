@@ -22,6 +22,8 @@ pub enum InertiaError {
     NegativeMoment(f64),
     /// The largest principal moment exceeds the sum of the two others by this much (kg m^2).
     TriangleInequality(f64),
+    /// There is no mass, but a largest principal moment (kg m^2).
+    MomentWithoutMass(f64),
 }
 
 impl std::fmt::Display for InertiaError {
@@ -32,6 +34,9 @@ impl std::fmt::Display for InertiaError {
             Self::NegativeMoment(moment) => write!(f, "its smallest principal moment of inertia is {moment} kg m^2"),
             Self::TriangleInequality(excess) => {
                 write!(f, "its largest principal moment of inertia exceeds the sum of the others by {excess} kg m^2")
+            }
+            Self::MomentWithoutMass(moment) => {
+                write!(f, "it has a moment of inertia of {moment} kg m^2 but no mass")
             }
         }
     }
@@ -122,6 +127,9 @@ impl Inertia {
         let excess = moments[2] - moments[0] - moments[1];
         if excess > slack {
             return Err(InertiaError::TriangleInequality(excess));
+        }
+        if self.mass_kg == 0.0 && moments[2] > 0.0 {
+            return Err(InertiaError::MomentWithoutMass(moments[2]));
         }
         Ok(())
     }

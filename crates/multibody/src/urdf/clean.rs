@@ -39,7 +39,11 @@ pub(super) fn clean(text: &str) -> Result<Document, ModelError> {
     let mut reader = Reader::from_str(text);
     let mut document = None;
     loop {
+        let begin = position(&reader);
         match next(&mut reader, text)? {
+            Event::Start(start) | Event::Empty(start) if document.is_some() => {
+                return Err(ModelError::SeveralElements { second: local_name(&start), line: line(text, begin as u64) });
+            }
             Event::Start(start) if start.name().as_ref() == b"robot" => {
                 document = Some(robot(&mut reader, text, &start)?);
             }

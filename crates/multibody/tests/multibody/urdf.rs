@@ -279,6 +279,11 @@ fn texts_that_are_no_robots_are_refused() {
     }
     let third = "<robot>\n<link name=\"a\"/>\n<link name=\"b\"></joint>\n</robot>";
     assert_eq!(from(third).to_string(), "the URDF is not well-formed XML near line 3");
+    let two = "<robot name=\"a\"><link name=\"b\"/></robot>\n<robot name=\"c\"><link name=\"d\"/></robot>";
+    for (text, second) in [(two, "<robot>, near line 2"), ("<robot/><sdf/>", "<sdf>, near line 1")] {
+        assert!(matches!(from(text), ModelError::SeveralElements { .. }), "{text}");
+        assert!(from(text).to_string().contains(second), "{}", from(text));
+    }
     let macros = r#"<robot name="a"><xacro:include filename="x"/><link name="b"/></robot>"#;
     assert!(matches!(from(macros), ModelError::Macro { element } if element == "xacro:include"));
 }
@@ -462,4 +467,17 @@ fn too_many_joints_are_refused_before_memory_is() {
     assert_refused!(parts, ModelError::TooManyJoints { .. }, "2001");
     parts.truncate(parts.len() - 2);
     assert_eq!(read(&parts).unwrap().joint_count(), 2000);
+}
+
+#[test]
+fn a_link_with_inertia_and_no_mass_is_named() {
+    let ghost = MASS.replace(r#"<mass value="1"/>"#, r#"<mass value="0"/>"#);
+    let parts = [link("a", MASS), link("ghost", &ghost), joint("j", "fixed", "a", "ghost", "")];
+    assert_refused!(parts, ModelError::Inertia { .. }, "link `ghost`", "a moment of inertia of 1 kg m^2 but no mass");
+    let options = ModelOptions { inertia: InertiaCheck::Tolerant, ..ModelOptions::default() };
+    let model = Model::from_urdf(&robot(&parts), &options).unwrap();
+    assert!(matches!(model.impossible_links(), [(link, spatial::InertiaError::MomentWithoutMass(_))] if link == "ghost"));
+    // Nothing at all is no defect: a frame.
+    let nothing = r#"<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>"#;
+    assert!(read(&[link("a", MASS), link("frame", nothing), joint("j", "fixed", "a", "frame", "")]).is_ok());
 }
