@@ -28,6 +28,8 @@ pub enum PlantSoleLevel {
     Fem,
     /// Quadratic tetrahedra on the same mesh; same number of contact points.
     QuadraticFem,
+    /// Quadratic tetrahedra condensed onto a grid of contact patches.
+    QuadraticPatches,
 }
 
 /// Cells of the plant's own mesh of a block: 10,764 tetrahedra.
@@ -114,6 +116,7 @@ impl PlantSoleSettings {
             PlantSoleLevel::Patches => Level::Patches { cells: self.patch_cells },
             PlantSoleLevel::Fem => Level::Fem,
             PlantSoleLevel::QuadraticFem => Level::QuadraticFem,
+            PlantSoleLevel::QuadraticPatches => Level::QuadraticPatches { cells: self.patch_cells },
         };
         own
     }

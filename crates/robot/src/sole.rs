@@ -127,6 +127,8 @@ pub enum SoleLevel {
     QuadraticFem,
     /// A fine mesh condensed on coarse contact patches.
     Patches,
+    /// Quadratic tetrahedra condensed on coarse contact patches.
+    QuadraticPatches,
 }
 
 /// How it is computed where nothing else is said.

@@ -102,6 +102,7 @@ impl SoleSettings {
             Level::Fem => hash.count(3),
             Level::QuadraticFem => hash.count(4),
             Level::Patches { cells } => hash.count(5).count(cells[0]).count(cells[1]),
+            Level::QuadraticPatches { cells } => hash.count(6).count(cells[0]).count(cells[1]),
         }
         .0
     }

@@ -47,6 +47,12 @@ pub enum Level {
         /// Cells of the coarse grid along x and y; one point more each way.
         cells: [usize; 2],
     },
+    /// Quadratic tetrahedra condensed onto such a grid: no locking and few contact points. 9 x 8 of them on 12 x 7 x 3 cells are as near to
+    /// ever finer quadratic elements as linear ones never come; see `docs/performance.md`.
+    QuadraticPatches {
+        /// Cells of the coarse grid along x and y; one point more each way.
+        cells: [usize; 2],
+    },
 }
 
 /// Vertical stiffness of the level [`Level::Rigid`] (N/m): an aluminium plate; 0.4 um under 400 N.
@@ -149,11 +155,16 @@ impl SoleModel {
         };
         let mut model = match settings.level {
             Level::Rigid => Self::springs(&patches::corners(&mesh), [RIGID_STIFFNESS_N_PER_M; 2], mu, ankle)?,
-            Level::QuadraticFem => {
+            Level::QuadraticFem | Level::QuadraticPatches { .. } => {
                 let quadratic = QuadraticBody::new(&mesh, &settings.material)?;
                 statistics.nodes = quadratic.nodes.len();
                 statistics.degrees_of_freedom = quadratic.body.size();
-                condensed(&quadratic.body, &quadratic.nodes, &quadratic.weights(&mesh))?
+                let hats = quadratic.weights(&mesh);
+                let weights = match settings.level {
+                    Level::QuadraticPatches { cells } => patches::weights(&mesh, cells)?.over(&mesh, &hats),
+                    _ => hats,
+                };
+                condensed(&quadratic.body, &quadratic.nodes, &weights)?
             }
             level => {
                 let body = ElasticBody::new(&mesh, &settings.material)?;
@@ -347,12 +358,13 @@ impl SoleModel {
 fn check_count(level: &Level, mesh: &Mesh) -> Result<(), SoleError> {
     let grid = |cells: &[usize; 2]| cells[0].saturating_add(1).saturating_mul(cells[1].saturating_add(1));
     let elements = mesh.tetrahedra.len();
-    if *level == Level::QuadraticFem && elements > QUADRATIC_ELEMENTS_MAX {
+    let is_quadratic = matches!(level, Level::QuadraticFem | Level::QuadraticPatches { .. });
+    if is_quadratic && elements > QUADRATIC_ELEMENTS_MAX {
         return Err(MeshError::TooFine { elements, most: QUADRATIC_ELEMENTS_MAX }.into());
     }
     let points = match level {
         Level::Rigid => return Ok(()),
-        Level::Patches { cells } => grid(cells),
+        Level::Patches { cells } | Level::QuadraticPatches { cells } => grid(cells),
         Level::Winkler { cells } => grid(cells).max(mesh.contact.len()),
         Level::Lumped | Level::Fem | Level::QuadraticFem => mesh.contact.len(),
     };

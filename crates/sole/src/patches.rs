@@ -5,6 +5,7 @@ use crate::{Mesh, MeshError, SoleError};
 use nalgebra::Vector2;
 use sole_mesh::convex_hull;
 use spatial::{Mat6, Vec3};
+use std::collections::BTreeMap;
 
 /// Farther outside a patch lies beyond the sole (m): rounding puts those of a block's edge no farther.
 const ON_THE_EDGE_M: f64 = 1e-9;
@@ -22,6 +23,23 @@ impl Grid {
     pub(crate) fn points(&self, mesh: &Mesh) -> Vec<(Vec3, f64)> {
         let place = |patch: &Vec<(usize, f64)>| patch.iter().map(|(node, weight)| *weight * mesh.nodes[*node]).sum();
         self.weights.iter().map(place).zip(self.shares.iter().copied()).collect()
+    }
+}
+
+impl Grid {
+    /// The same patches over contact points that are weighted means themselves (`hats`, in the order of the mesh's contact nodes).
+    pub(crate) fn over(&self, mesh: &Mesh, hats: &[Vec<(usize, f64)>]) -> Vec<Vec<(usize, f64)>> {
+        let patch = |own: &Vec<(usize, f64)>| {
+            let mut sum = BTreeMap::new();
+            for (node, weight) in own {
+                let place = mesh.contact.binary_search(node).expect("patches are made of contact nodes");
+                for (part, share) in &hats[place] {
+                    *sum.entry(*part).or_insert(0.0) += weight * share;
+                }
+            }
+            sum.into_iter().collect()
+        };
+        self.weights.iter().map(patch).collect()
     }
 }
 

@@ -12,7 +12,7 @@ pub struct SoleChoice {
     pub level: Option<SoleLevel>,
     /// Boxes of the mesh along each edge, each cut into six tetrahedra. For a block only: a mesh file is taken as it is.
     pub cells: Option<[u32; 3]>,
-    /// Cells of the grid of the levels `patches` and `winkler`, forward and sideways: one contact point at each of its corners
+    /// Cells of the grid of the levels `patches`, `quadratic-patches` and `winkler`, forward and sideways: one contact point at each of its corners
     /// that lies on the sole.
     pub patch_cells: [u32; 2],
     /// Multiplies Young's modulus.
@@ -71,8 +71,8 @@ pub enum SolesError {
     },
     /// The levels `rigid` and `lumped` have no contact points of the mesh. Remedy: another level, or one coefficient.
     #[error(
-        "{}: friction is a list, one value per contact point: the levels rigid and lumped have none; choose sole.level patches, winkler, \
-         fem or quadratic-fem, or give one number", .file.display()
+        "{}: friction is a list, one value per contact point: the levels rigid and lumped have none; choose sole.level patches, \
+         quadratic-patches, winkler, fem or quadratic-fem, or give one number", .file.display()
     )]
     FrictionList {
         /// The description.

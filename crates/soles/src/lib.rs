@@ -61,6 +61,7 @@ pub fn build(robot: &Robot, choice: &SoleChoice, store: &mut Store) -> Result<Op
         SoleLevel::Fem => Level::Fem,
         SoleLevel::QuadraticFem => Level::QuadraticFem,
         SoleLevel::Patches => Level::Patches { cells: choice.patch_cells.map(|n| n as usize) },
+        SoleLevel::QuadraticPatches => Level::QuadraticPatches { cells: choice.patch_cells.map(|n| n as usize) },
     };
     if let (Some(chosen), MeshSource::Box { cells, .. }) = (choice.cells, &mut settings.mesh) {
         *cells = chosen.map(|n| n as usize);
@@ -116,6 +117,7 @@ fn name(level: &Level) -> &'static str {
         Level::Fem => "fem",
         Level::QuadraticFem => "quadratic-fem",
         Level::Patches { .. } => "patches",
+        Level::QuadraticPatches { .. } => "quadratic-patches",
     }
 }
 
@@ -180,7 +182,9 @@ mod tests {
         let [all, _] = built("friction = 0.65\ncontact = \"all\"", SoleChoice::default());
         assert_eq!(all.contact_points().len(), 12 + 10);
         let patches = SoleChoice { level: Some(SoleLevel::Patches), patch_cells: [2, 1], ..SoleChoice::default() };
-        assert_eq!(built(PLAIN, patches)[0].contact_points().len(), 6);
+        assert_eq!(built(PLAIN, patches.clone())[0].contact_points().len(), 6);
+        let quadratic = SoleChoice { level: Some(SoleLevel::QuadraticPatches), ..patches };
+        assert_eq!(built(PLAIN, quadratic)[0].contact_points().len(), 6);
         let rigid = SoleChoice { level: Some(SoleLevel::Rigid), ..SoleChoice::default() };
         assert!(build(&robot(PLAIN).1, &rigid, &mut Store::none()).expect("none is needed").is_none());
     }

@@ -242,12 +242,13 @@ mod tests {
     use sole::{Level, MeshSource};
     use std::io::Write;
 
-    const LEVELS: [Level; 5] = [
+    const LEVELS: [Level; 6] = [
         Level::Lumped,
         Level::Winkler { cells: [3, 2] },
         Level::Fem,
         Level::QuadraticFem,
         Level::Patches { cells: [3, 2] },
+        Level::QuadraticPatches { cells: [3, 2] },
     ];
 
     fn settings(level: Level) -> SoleSettings {

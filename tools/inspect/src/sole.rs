@@ -57,10 +57,10 @@ pub struct Arguments {
     /// Gmsh mesh (2.2 or 4.1, ASCII, metres) instead of the one the file names.
     #[arg(long)]
     mesh: Option<PathBuf>,
-    /// Instead of the file's level: rigid, lumped, winkler, fem, quadratic-fem (or quadratic) or patches.
+    /// Instead of the file's level: rigid, lumped, winkler, fem, quadratic-fem (or quadratic), patches or quadratic-patches.
     #[arg(long, value_parser = level)]
     level: Option<SoleLevel>,
-    /// Cells along x and y for the levels winkler and patches.
+    /// Cells along x and y for the levels winkler, patches and quadratic-patches.
     #[arg(long, num_args = 2, value_names = ["NX", "NY"], default_values_t = [6, 5])]
     grid: Vec<usize>,
     /// Scaled residual instead of the file's.
@@ -202,6 +202,7 @@ fn settings(arguments: &Arguments, description: &SoleDescription, path: &Path) -
         SoleLevel::Fem => Level::Fem,
         SoleLevel::QuadraticFem => Level::QuadraticFem,
         SoleLevel::Patches => Level::Patches { cells },
+        SoleLevel::QuadraticPatches => Level::QuadraticPatches { cells },
     };
     Ok(SoleSettings {
         mesh,

@@ -8,13 +8,13 @@ use super::robot;
 
 #[test]
 fn the_robot_stands_on_every_level_and_the_foam_sinks_alike() {
-    use PlantSoleLevel::{Fem, Lumped, Patches, QuadraticFem, Rigid, Winkler};
+    use PlantSoleLevel::{Fem, Lumped, Patches, QuadraticFem, QuadraticPatches, Rigid, Winkler};
     let model = robot::model();
     let ankles = robot::flat_ankles(3e-4);
     let com = Vec3::new(0.0, 0.0, 0.78);
     let q = robot::stand(&model, &ankles, com);
     let command = robot::command(&model, &q, &robot::resting_plan(&model, &q, &ankles, com, [0.5, 0.5]));
-    for level in [Rigid, Lumped, Winkler, Patches, Fem, QuadraticFem] {
+    for level in [Rigid, Lumped, Winkler, Patches, Fem, QuadraticFem, QuadraticPatches] {
         let soles = PlantSoleSettings { level, mesh_cells: Some([8, 5, 2]), patch_cells: [5, 4], ..Default::default() };
         let soles = soles.build(&SoleSettings::default()).unwrap();
         let mut settings = robot::settings();

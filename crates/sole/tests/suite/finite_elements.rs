@@ -362,3 +362,38 @@ fn springs_share_the_stiffness_by_the_area_they_stand_for() {
         assert!((share / quarters - 1.0).abs() < 0.1, "point {point}: {share} of {quarters}");
     }
 }
+
+/// Of scikit-fem with 14 x 8 x 3 quadratic hexahedra, all contact points stuck: sinkage (mm) under 420 N, roll and pitch (degrees) with the ZMP
+/// 20 mm to the left and 30 mm ahead. All levels: `examples/press.rs`.
+#[test]
+fn patches_of_quadratic_elements_sink_and_tilt_as_scikit_fem_says() {
+    const REFERENCE: [f64; 3] = [0.7015, 0.5996, 0.2820];
+    let errors = |cells, level| {
+        let mesh = MeshSource::Box { size_m: [0.23, 0.13, 0.021], cells };
+        let model = std::sync::Arc::new(
+            SoleModel::build(&SoleSettings { mesh, level, ..SoleSettings::default() }).expect("a sound sole"),
+        );
+        let pressed = |x_m: f64, y_m: f64| {
+            let mut estimator =
+                sole::StanceEstimator::new(std::sync::Arc::clone(&model), sole::EstimatorSettings::default());
+            estimator.touch_down(sole::Foothold::default());
+            let zmp = nalgebra::Vector2::new(x_m, y_m);
+            let report = estimator.step(&sole::StanceReference::constant(Vec3::new(0.0, 0.0, 420.0), zmp));
+            assert!(report.status.is_solved(), "{:?}", report.status);
+            report.sole_pose
+        };
+        let angles = |pose: spatial::Transform| spatial::so3::roll_pitch_yaw(&pose.rotation).map(f64::to_degrees);
+        let found = [
+            -1e3 * pressed(0.0, 0.0).translation.z,
+            angles(pressed(0.0, 0.020)).x.abs(),
+            angles(pressed(0.030, 0.0)).y.abs(),
+        ];
+        [0, 1, 2].map(|i| found[i] / REFERENCE[i] - 1.0)
+    };
+    for (cells, patches) in [([12, 7, 3], [8, 7]), ([12, 7, 3], [6, 5]), ([8, 7, 2], [8, 7])] {
+        let quadratic = errors(cells, Level::QuadraticPatches { cells: patches });
+        assert!(quadratic.iter().all(|error| error.abs() < 0.015), "{cells:?} {patches:?}: {quadratic:?}");
+    }
+    // Linear elements on the same mesh roll too little by a tenth.
+    assert!(errors([12, 7, 3], Level::Patches { cells: [8, 7] })[1] < -0.06);
+}

@@ -200,7 +200,7 @@ fn wrong_arguments_are_refused() {
 #[test]
 fn every_level_of_a_sole_s_file_is_one_of_this_door() {
     let sole = shipped_sole();
-    for level in ["rigid", "lumped", "winkler", "fem", "quadratic-fem", "patches"] {
+    for level in ["rigid", "lumped", "winkler", "fem", "quadratic-fem", "patches", "quadratic-patches"] {
         let ours = sole.ask(&["--level", level, "--grid", "4", "3"], &example("sole")).json(0);
         let file = self::sole("level = \"fem\"", &format!("level = \"{level}\""));
         let same = file.ask(&["--grid", "4", "3"], &example("sole")).json(0);
