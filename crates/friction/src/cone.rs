@@ -1,3 +1,5 @@
+//! Coulomb's cone.
+
 use nalgebra::Vector3;
 
 /// Nearest point of the cone `|F_t| <= mu F_n`.

@@ -1,5 +1,5 @@
-//! Straight-line dense kernels without allocation. Fused multiply-add is written out: the compiler may not contract, and the
-//! explicit form gives the same bits on every machine that has it.
+//! Straight-line dense kernels without allocation. Fused multiply-add is written out: the compiler may not contract,
+//! and the explicit form gives the same bits on every machine that has it.
 
 /// `dst += x a + y b + z c`, all of one length.
 #[inline]
@@ -92,11 +92,11 @@ fn largest_row(column: &[f64]) -> usize {
     column.iter().position(|x| x.abs() == largest).unwrap_or(0)
 }
 
-/// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column) becomes
-/// its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
+/// Gaussian elimination with row pivoting, in place: `a` (n rows and columns, leading dimension `ld`, column by column)
+/// becomes its unit lower and upper factors. Returns the ratio of smallest to largest pivot; 0 when singular.
 ///
-/// Panels of columns: the rest of the matrix is then touched once per panel, which is what it costs. `right` further columns
-/// of `a` are right-hand sides: the lower factor is applied to them on the way, [`upper_solve`] finishes them.
+/// Panels of columns: the rest of the matrix is then touched once per panel, which is what it costs. `right` further
+/// columns of `a` are right-hand sides: the lower factor is applied to them on the way, [`upper_solve`] finishes them.
 pub fn lu_factor(a: &mut [f64], ld: usize, n: usize, right: usize, pivots: &mut [usize]) -> f64 {
     let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
     for start in (0..n).step_by(PANEL) {

@@ -1,20 +1,23 @@
+//! Gauss-Seidel, contact by contact.
+
 use crate::dense::add_three;
 use crate::{ContactProblem, Report, Settings, SingleContact, Status, Workspace};
 use nalgebra::Vector3;
 
-/// Sweeps run in circles when the smallest change in as many of them is no less than this part of that in as many before. Soles
-/// need 15 to 60 sweeps in all for 1e-8, and slow but steady sweeps (0.999 each) still pass.
+/// Sweeps run in circles when the smallest change in as many of them is no less than this part of that in as many
+/// before. Soles need 15 to 60 sweeps in all for 1e-8, and slow but steady sweeps (0.999 each) still pass.
 const WINDOW: usize = 25;
 const STALLED: f64 = 0.98;
 /// The step then becomes this part of what it was, down to the last.
 const SHORTER: f64 = 0.8;
 const SHORTEST: f64 = 0.2;
 
-/// Block Gauss-Seidel: sweep after sweep each contact is solved exactly with all others held. `delta` follows by columns, and only
-/// where a force changed, so open contacts cost nothing. Starts from the workspace's forces.
+/// Block Gauss-Seidel: sweep after sweep each contact is solved exactly with all others held. `delta` follows by
+/// columns, and only where a force changed, so open contacts cost nothing. Starts from the workspace's forces.
 ///
-/// Full steps, unless they run in circles: thick nearly incompressible soles do that at friction 1.5, where a contact's state flips
-/// with its neighbours' for ever. Then only a part of each step is taken, and a smaller one while that goes on.
+/// Full steps, unless they run in circles: thick nearly incompressible soles do that at friction 1.5, where a contact's
+/// state flips with its neighbours' for ever. Then only a part of each step is taken, and a smaller one while that goes
+/// on.
 ///
 /// [`Status::Singular`] at once when a contact's own block is only semi-definite.
 pub fn gauss_seidel(problem: &ContactProblem, workspace: &mut Workspace, settings: &Settings) -> Report {
@@ -37,7 +40,8 @@ pub fn gauss_seidel(problem: &ContactProblem, workspace: &mut Workspace, setting
             }
             (least_before, least) = (least, f64::INFINITY);
         }
-        // The next sweep's change, if it shrinks as the last one did, is what the residual will be: judge only when that pays.
+        // The next sweep's change, if it shrinks as the last one did, is what the residual will be: judge only when
+        // that pays.
         let expected = if before.is_finite() && before > 0.0 { change * (change / before).min(1.0) } else { change };
         before = change;
         if expected <= settings.tolerance * size {

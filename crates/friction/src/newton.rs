@@ -1,3 +1,5 @@
+//! Semi-smooth Newton.
+
 use crate::dense::{lu_factor, lu_solve};
 use crate::{ContactProblem, LocalState, Report, Settings, Status, Workspace};
 use nalgebra::{Matrix2, Vector2};
@@ -8,8 +10,8 @@ use nalgebra::{Matrix2, Vector2};
 /// - sliding: `delta_n = 0` and `F_t - mu F_n z/|z| = 0` with `z = F_t - rho delta_t`;
 /// - open: `F_a = 0`.
 ///
-/// After each step the states are read off `F_n - rho delta_n` and `z`. No line search: it slows this iteration without helping.
-/// Starts from the workspace's forces; quadratic once the states are right. Keeps the best forces found.
+/// After each step the states are read off `F_n - rho delta_n` and `z`. No line search: it slows this iteration without
+/// helping. Starts from the workspace's forces; quadratic once the states are right. Keeps the best forces found.
 pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Settings) -> Report {
     workspace.reserve_newton();
     let n = problem.contact_count();
@@ -72,7 +74,8 @@ pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Se
                 (workspace.right[row], workspace.right[row + 1]) = (-workspace.delta[i], -workspace.delta[i + 1]);
             }
         }
-        // Open contacts lose their force, which moves the others: W_ab (0 - F_b) goes to the right-hand side through delta.
+        // Open contacts lose their force, which moves the others: W_ab (0 - F_b) goes to the right-hand side through
+        // delta.
         for b in 0..n {
             if workspace.states[b] != LocalState::Open {
                 continue;

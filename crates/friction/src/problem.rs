@@ -1,3 +1,6 @@
+//! The problem and its judge.
+
+use crate::definite::is_semi_definite;
 use crate::{SingleContact, natural_map};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use thiserror::Error;
@@ -8,7 +11,8 @@ pub struct ContactProblem {
     delassus: DMatrix<f64>,
     free: DVector<f64>,
     mu: Vec<f64>,
-    /// The contacts one by one; none when a block is only semi-definite, which has no solution of its own for every displacement.
+    /// The contacts one by one; none when a block is only semi-definite, which has no solution of its own for every
+    /// displacement.
     pub(crate) contacts: Option<Vec<SingleContact>>,
     pub(crate) rho: Vec<f64>,
 }
@@ -38,7 +42,8 @@ pub enum ProblemError {
         /// Row of the first one.
         row: usize,
     },
-    /// `W` differs from its transpose by more than rounding and common file formats explain.
+    /// `W` differs from its transpose by more than rounding. Whoever knows that only rounding of a file is to blame
+    /// averages it himself.
     #[error("W is not symmetric: entries ({row}, {column}) and its mirror differ by {difference:e}")]
     NotSymmetric {
         /// Row of the worst pair.
@@ -70,31 +75,61 @@ pub enum ProblemError {
         /// The eigenvalue (m/N).
         eigenvalue: f64,
     },
+    /// Every block is sound, `W` as a whole has a negative eigenvalue: some forces would draw their own contacts
+    /// nearer. No body moves so.
+    #[error("W is not positive semi-definite: its smallest eigenvalue is {eigenvalue:e}")]
+    Indefinite {
+        /// The smallest eigenvalue (m/N).
+        eigenvalue: f64,
+    },
 }
 
-/// Violation of the contact laws.
+/// Violation of the contact laws, `r = F - P_K(F - rho (delta + mu |delta_t| n))`, as a force and as a displacement.
+/// Either alone can hide what the other shows: a force of 1e9 N makes a gap violated by a metre small, and a stiff
+/// contact the reverse.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Residual {
-    /// `|F - P_K(F - rho (delta + mu |delta_t| n))|` over all contacts (N).
+    /// `|r|` over all contacts (N).
     pub absolute_n: f64,
-    /// The same over `|F|`; over `|rho q|` when `F = 0`.
+    /// The larger of [`Residual::force`] and [`Residual::gap`]: what a tolerance is compared with.
     pub relative: f64,
+    /// `|r|/|F|`; `|r|/|rho q|` when `F = 0`.
+    pub force: f64,
+    /// `|r/rho|/|q|`.
+    pub gap: f64,
+    /// Largest penetration, `max -delta_n`, 0 where there is none (m).
+    pub penetration_m: f64,
     /// Contact with the largest share.
     pub worst_contact: usize,
 }
 
-/// Public collections of problems hold matrices that are this unsymmetric (facts: some `W` are 1e-3 unsymmetric).
-const ASYMMETRY_MAX: f64 = 1e-2;
-/// A diagonal block is negative beyond rounding when its smallest eigenvalue is below this part of its largest, times -1.
+/// Part of the largest entry by which `W` may differ from its transpose: what summing in another order leaves, and no
+/// more.
+const ASYMMETRY_MAX: f64 = 1e-9;
+/// A diagonal block is negative beyond rounding when its smallest eigenvalue is below this part of its largest, times
+/// -1.
 const ROUNDING: f64 = 1e-12;
 
 impl ContactProblem {
-    /// Checks and prepares. An asymmetry of rounding size is averaged away. That `W` as a whole is positive semi-definite is not checked,
-    /// for that costs as much as solving: where it is not, there need be no solution, and the residual says that none was found.
+    /// Checks and prepares. An asymmetry of rounding size is averaged away.
     ///
     /// # Errors
     /// [`ProblemError`].
     pub fn new(delassus: DMatrix<f64>, free: DVector<f64>, mu: Vec<f64>) -> Result<Self, ProblemError> {
+        let problem = Self::of_model(delassus, free, mu)?;
+        if !is_semi_definite(&problem.delassus) {
+            let eigenvalue = problem.delassus.symmetric_eigenvalues().min();
+            return Err(ProblemError::Indefinite { eigenvalue });
+        }
+        Ok(problem)
+    }
+
+    /// The same without looking at the definiteness of `W` as a whole, which costs as much as solving: for a `W` that
+    /// is a condensed stiffness or `J M^-1 J'`, and semi-definite for that reason.
+    ///
+    /// # Errors
+    /// [`ProblemError`], but never [`ProblemError::Indefinite`].
+    pub fn of_model(delassus: DMatrix<f64>, free: DVector<f64>, mu: Vec<f64>) -> Result<Self, ProblemError> {
         let n = mu.len();
         let (rows, columns) = delassus.shape();
         if (rows, columns, free.len()) != (3 * n, 3 * n, 3 * n) {
@@ -196,19 +231,28 @@ impl ContactProblem {
     pub(crate) fn residual_at(&self, force: &[f64], delta: &[f64]) -> Residual {
         let at = |v: &[f64], i: usize| Vector3::new(v[3 * i], v[3 * i + 1], v[3 * i + 2]);
         let (mut sum, mut load, mut free, mut worst, mut worst_contact) = (0.0, 0.0, 0.0, 0.0, 0);
+        let (mut way, mut free_way, mut penetration_m) = (0.0, 0.0, 0.0_f64);
         for contact in 0..self.mu.len() {
-            let f = at(force, contact);
-            let r = natural_map(self.mu[contact], self.rho[contact], &f, &at(delta, contact)).norm_squared();
+            let (f, d, q) = (at(force, contact), at(delta, contact), at(self.free.as_slice(), contact));
+            let rho = self.rho[contact];
+            let r = natural_map(self.mu[contact], rho, &f, &d).norm_squared();
             sum += r;
+            way += r / (rho * rho);
             load += f.norm_squared();
-            free += (self.rho[contact] * at(self.free.as_slice(), contact)).norm_squared();
+            free += (rho * q).norm_squared();
+            free_way += q.norm_squared();
+            penetration_m = penetration_m.max(-d.z);
             if r > worst {
                 (worst, worst_contact) = (r, contact);
             }
         }
-        let scale = if load > 0.0 { load } else { free };
-        let relative = if scale > 0.0 { (sum / scale).sqrt() } else { 0.0 };
-        Residual { absolute_n: sum.sqrt(), relative, worst_contact }
+        let ratio = |part: f64, whole: f64| if part > 0.0 { (part / whole).sqrt() } else { 0.0 };
+        let force = ratio(sum, if load > 0.0 { load } else { free });
+        // Without any q no force is the answer, and every other one is judged as a force.
+        let gap = if free_way > 0.0 { ratio(way, free_way) } else { 0.0 };
+        // `max` would pass over what is no number.
+        let relative = if force.is_nan() || gap.is_nan() { f64::INFINITY } else { force.max(gap) };
+        Residual { absolute_n: sum.sqrt(), relative, force, gap, penetration_m, worst_contact }
     }
 }
 

@@ -63,8 +63,8 @@ impl SingleContact {
         })
     }
 
-    /// Force for the displacement `b` that the contact would have without it. `lambda` is the sliding compliance to start from
-    /// and is updated.
+    /// Force for the displacement `b` that the contact would have without it. `lambda` is the sliding compliance to
+    /// start from and is updated.
     #[inline]
     #[must_use]
     pub fn solve(&self, b: &Vector3<f64>, lambda: &mut f64) -> (Vector3<f64>, LocalState) {

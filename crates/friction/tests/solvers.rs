@@ -25,8 +25,8 @@ fn elastic(n: usize, mu: f64, seed: u64) -> ContactProblem {
     ContactProblem::new(w, q, vec![mu; n]).expect("a sound problem")
 }
 
-/// A slab of 4 kg that moves only along x and z and tilts about y, on four points per side: velocities after 1 ms under gravity and a
-/// push. No force moves a point along y: every 3 x 3 block has rank 2, and `W` rank 3 of 24.
+/// A slab of 4 kg that moves only along x and z and tilts about y, on four points per side: velocities after 1 ms under
+/// gravity and a push. No force moves a point along y: every 3 x 3 block has rank 2, and `W` rank 3 of 24.
 fn planar(push_n: f64, mu: f64) -> ContactProblem {
     let (mass, inertia, step_s) = (4.0, 0.03, 1e-3);
     let inverse = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0 / mass, 1.0 / mass, 1.0 / inertia]));
@@ -191,7 +191,8 @@ fn the_residual_is_the_one_of_the_docs_in_newtons() {
     assert_eq!(some.worst_contact, 1);
     let first = problem.residual(&DVector::from_vec(vec![0.0, 0.0, 3.0, 0.0, 0.0, 2.0]));
     assert_eq!(first.worst_contact, 0);
-    // Sideways: 1 N of friction on a contact that has not moved sideways is too much by what the law says, z = F - rho delta.
+    // Sideways: 1 N of friction on a contact that has not moved sideways is too much by what the law says, z = F - rho
+    // delta.
     let side = problem.residual(&DVector::from_vec(vec![1.0, 0.0, 5.0, 0.0, 0.0, 3.0]));
     let (slip, rho, mu) = (2e-4, 5000.0, 0.5);
     let shifted = Vector3::new(1.0 - rho * slip, 0.0, 5.0 - rho * mu * slip);
@@ -199,12 +200,84 @@ fn the_residual_is_the_one_of_the_docs_in_newtons() {
 }
 
 #[test]
-fn an_asymmetry_of_file_formats_is_averaged_away() {
-    let mut w = DMatrix::identity(3, 3) * 2e-4;
-    (w[(0, 2)], w[(2, 0)]) = (1.0e-6, 2.0e-6);
-    let problem =
-        ContactProblem::new(w, DVector::from_vec(vec![0.0, 0.0, -1e-3]), vec![0.5]).expect("nearly symmetric");
-    assert_eq!((problem.delassus()[(0, 2)], problem.delassus()[(2, 0)]), (1.5e-6, 1.5e-6));
+fn an_asymmetry_of_rounding_is_averaged_and_more_is_refused() {
+    let with = |mirror: f64| {
+        let mut w = DMatrix::identity(3, 3) * 2e-4;
+        (w[(0, 2)], w[(2, 0)]) = (1.0e-6, mirror);
+        ContactProblem::new(w, DVector::from_vec(vec![0.0, 0.0, -1e-3]), vec![0.5])
+    };
+    let rounding = 1e-6 * (1.0 + 1e-9);
+    let problem = with(rounding).expect("symmetric to rounding");
+    assert_eq!([(0, 2), (2, 0)].map(|at| problem.delassus()[at]), [0.5 * (1e-6 + rounding); 2]);
+    assert!(matches!(with(1.001e-6), Err(ProblemError::NotSymmetric { row: 0, column: 2, .. })));
+}
+
+#[test]
+fn an_indefinite_operator_is_refused_and_a_deficient_one_is_not() {
+    for seed in 1..40 {
+        let mut next = random(seed);
+        let (n, rank) = (12, 3 + seed as usize % 30);
+        let factor = DMatrix::from_fn(3 * n, rank, |_, _| next());
+        // Units of every size, as of metres beside radians.
+        let units = DVector::from_fn(3 * n, |_, _| 10_f64.powf(2.0 * next()));
+        let scaled = |m: DMatrix<f64>| DMatrix::from_fn(3 * n, 3 * n, |i, j| m[(i, j)] * units[i] * units[j]);
+        let (q, mu) = (DVector::from_element(3 * n, -1.0), vec![0.5; n]);
+        let semidefinite = &factor * factor.transpose();
+        let sound = ContactProblem::new(scaled(semidefinite.clone()), q.clone(), mu.clone());
+        assert!(sound.is_ok(), "seed {seed}: {sound:?}");
+        let direction = DVector::from_fn(3 * n, |_, _| next()).normalize();
+        let lost = direction.dot(&(&semidefinite * &direction)) + 0.01;
+        let indefinite = scaled(semidefinite - lost * &direction * direction.transpose());
+        let refused = ContactProblem::new(indefinite, q, mu).expect_err("indefinite");
+        let is_named = match refused {
+            ProblemError::Indefinite { eigenvalue } | ProblemError::NegativeBlock { eigenvalue, .. } => {
+                eigenvalue < 0.0
+            }
+            _ => false,
+        };
+        assert!(is_named, "seed {seed}: {refused}");
+    }
+}
+
+#[test]
+fn forces_without_end_do_not_hide_a_penetration() {
+    // No force lifts the contact by its missing metre.
+    let w = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 1.0, 0.0]));
+    let problem = ContactProblem::new(w, DVector::from_vec(vec![0.0, 0.0, -1.0]), vec![0.5]).expect("semi-definite");
+    let residual = problem.residual(&DVector::from_vec(vec![0.0, 0.0, 1e9]));
+    assert!(residual.force < 1e-8 && residual.gap >= 1.0 && residual.relative == residual.gap, "{residual:?}");
+    assert_eq!(residual.penetration_m, 1.0);
+    let report = solve(&problem, &mut Workspace::new(1), &Settings::default());
+    assert_eq!(report.status, Status::Impossible);
+    let obstruction = report.obstruction.expect("named");
+    assert_eq!((obstruction.contacts, obstruction.least_penetration_m), (vec![(0, 1.0)], 1.0));
+}
+
+/// A ball between two fixed walls that leave `gap_m` less than its diameter, beside it a contact that is none of their
+/// business.
+fn pinched(gap_m: f64) -> ContactProblem {
+    let mut j = DMatrix::zeros(9, 6);
+    for (a, side) in [(0, 1.0), (1, -1.0)] {
+        (j[(3 * a, 1)], j[(3 * a + 1, 2)], j[(3 * a + 2, 0)]) = (1.0, 1.0, side);
+    }
+    (0..3).for_each(|i| j[(6 + i, 3 + i)] = 1.0);
+    let q = DVector::from_vec(vec![1e-4, 0.0, 3e-3 + gap_m, 1e-4, 0.0, -3e-3, 0.0, 0.0, -1e-3]);
+    ContactProblem::new(&j * j.transpose() * 1e-3, q, vec![0.4; 3]).expect("semi-definite")
+}
+
+#[test]
+fn a_pinched_body_has_no_solution_and_a_fitting_one_has() {
+    let report = solve(&pinched(-2e-3), &mut Workspace::new(3), &Settings::default());
+    assert_eq!(report.status, Status::Impossible);
+    let obstruction = report.obstruction.expect("named");
+    let mut contacts: Vec<_> = obstruction.contacts.iter().map(|(contact, _)| *contact).collect();
+    contacts.sort_unstable();
+    assert_eq!(contacts, [0, 1]);
+    assert!((obstruction.least_penetration_m - 1e-3).abs() < 1e-12, "{obstruction:?}");
+    let problem = pinched(1e-4);
+    let report = solve(&problem, &mut Workspace::new(3), &Settings::default());
+    assert_eq!((report.status, &report.obstruction), (Status::Solved, &None));
+    laws_hold(&problem, &report, 1e-7);
 }
 
 #[test]

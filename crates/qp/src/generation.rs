@@ -1,15 +1,15 @@
 //! Solving with few rows first.
 //!
-//! Of many two-sided rows, few sides are active at the solution, and a side that is not active costs an interior point as
-//! much as one that is. [`solve_generating`] starts with the rows the caller picks, goes on with the sides that the solution breaks
-//! or keeps by less than the largest violation (they are next), adds such sides, and repeats until none is broken. The
-//! relaxed problem's solution is then feasible, hence optimal, for the whole one; the report's residuals are those of the
-//! whole problem.
+//! Of many two-sided rows, few sides are active at the solution, and a side that is not active costs an interior point
+//! as much as one that is. [`solve_generating`] starts with the rows the caller picks, goes on with the sides that the
+//! solution breaks or keeps by less than the largest violation (they are next), adds such sides, and repeats until none
+//! is broken. The relaxed problem's solution is then feasible, hence optimal, for the whole one; the report's residuals
+//! are those of the whole problem.
 //!
-//! Only the caller's first choice is left behind, being a guess; afterwards sides are added and none is dropped, so that no two
-//! choices can alternate.
+//! Only the caller's first choice is left behind, being a guess; afterwards sides are added and none is dropped, so
+//! that no two choices can alternate.
 
-use crate::backend::clarabel::{Settings, solve, solve_once};
+use crate::backend::clarabel::{Settings, not_convex, solve, solve_once};
 use crate::sparse::ProblemError;
 use crate::{QuadraticProgram, Report, Status, Triplets};
 use nalgebra::DVector;
@@ -30,6 +30,9 @@ pub fn solve_generating(
     settings: &Settings,
 ) -> Result<Report, ProblemError> {
     problem.check()?;
+    if let Some(report) = not_convex(problem) {
+        return Ok(report);
+    }
     let m = problem.l.len();
     assert_eq!(first.len(), m);
     // Which side of which row takes part: [lower, upper].

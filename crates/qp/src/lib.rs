@@ -21,18 +21,25 @@
 //! P x + c + A' y_eq + C' y_in + y_bound = 0
 //! ```
 //!
-//! with `y > 0` where an upper side is active, `y < 0` where a lower side is active, `0` elsewhere. Every backend reports in
-//! this convention, and [`Residuals`] are computed here from the problem as given, never taken from the backend.
+//! with `y > 0` where an upper side is active, `y < 0` where a lower side is active, `0` elsewhere. Every backend
+//! reports in this convention, and [`Residuals`] are computed here from the problem as given, never taken from the
+//! backend.
+//!
+//! **Programs that are not convex** are refused with their curvature ([`Status::NotConvex`],
+//! [`Report::negative_curvature`]): a point where the conditions above hold may be a saddle. `P` as a whole counts, not
+//! only along the equalities.
 //!
 //! **Infeasible problems** are an outcome, not an error: the multipliers of the report are then a Farkas certificate,
-//! `A' y_eq + C' y_in + y_bound = 0` with a negative support value; the rows that carry it are those that conflict with each
-//! other ([`Report::conflict`]), and the least largest violation says by how much ([`QuadraticProgram::least_violation`]).
+//! `A' y_eq + C' y_in + y_bound = 0` with a negative support value; the rows that carry it are those that conflict with
+//! each other ([`Report::conflict`]), and the least largest violation says by how much
+//! ([`QuadraticProgram::least_violation`]).
 //!
-//! Two forms: [`sparse`] for large banded problems solved once (the walking pattern), [`dense`] for small ones solved at
-//! every tick (the whole-body controller).
+//! Two forms: [`sparse`] for large banded problems solved once (the walking pattern), [`dense`] for small ones solved
+//! at every tick (the whole-body controller).
 #![allow(non_snake_case)] // P, A, C as in the literature
 
 pub mod backend;
+mod convexity;
 pub mod dense;
 mod generation;
 mod relaxation;

@@ -1,14 +1,14 @@
 //! Why a problem is infeasible: which rows contradict each other, and by how much.
 //!
-//! An interior point that meets an infeasible problem ends with *some* certificate, usually one that leans a little on every
-//! row there is. The relaxed problem
+//! An interior point that meets an infeasible problem ends with *some* certificate, usually one that leans a little on
+//! every row there is. The relaxed problem
 //!
 //! ```text
 //! minimise t   subject to   A x = b,   l - t <= C x <= u + t,   lb - t <= x <= ub + t,   t >= 0
 //! ```
 //!
-//! has the smallest possible largest violation as its value, and its multipliers are again a certificate, but one that is zero
-//! on every row that has room at that point.
+//! has the smallest possible largest violation as its value, and its multipliers are again a certificate, but one that
+//! is zero on every row that has room at that point.
 
 use crate::{QuadraticProgram, Row, SparseMatrix, Triplets};
 use nalgebra::DVector;

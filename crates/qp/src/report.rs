@@ -7,14 +7,17 @@ use nalgebra::DVector;
 pub enum Status {
     /// All tolerances are met.
     Solved,
-    /// A point was found, but the backend stopped at its reduced tolerances (Clarabel's: 5e-5 and 1e-4 in its own scaling), because
-    /// it got no farther or its limit of iterations came first. It may be as good as any or off in the fourth digit: judge by
-    /// [`Report::residuals`], which are computed from the problem and not taken from the backend.
+    /// A point was found, but the backend stopped at its reduced tolerances (Clarabel's: 5e-5 and 1e-4 in its own
+    /// scaling), because it got no farther or its limit of iterations came first. It may be as good as any or off in
+    /// the fourth digit: judge by [`Report::residuals`], which are computed from the problem and not taken from the
+    /// backend.
     SolvedInaccurately,
     /// No point satisfies the constraints; the multipliers are a certificate.
     Infeasible,
     /// The objective falls without bound along `x`.
     Unbounded,
+    /// `P` is not positive semidefinite: [`Report::negative_curvature`] says by how much. Nothing was solved.
+    NotConvex,
     /// The limit of iterations was reached first.
     IterationLimit,
     /// The limit of time was reached first.
@@ -31,8 +34,9 @@ impl Status {
     }
 }
 
-/// Karush-Kuhn-Tucker residuals of the problem as given (not as a backend scaled it), each relative to the size of the terms
-/// that should cancel, `max(1, largest term)`. Infinite where point or multipliers are not finite: maxima would pass over a NaN.
+/// Karush-Kuhn-Tucker residuals of the problem as given (not as a backend scaled it), each relative to the size of the
+/// terms that should cancel, `max(1, largest term)`. Infinite where point or multipliers are not finite: maxima would
+/// pass over a NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Residuals {
     /// `|P x + c + A' y_eq + C' y_in + y_bound|`, largest component.
@@ -94,6 +98,9 @@ pub struct Report {
     pub residuals: Residuals,
     /// Iterations of the method.
     pub iterations: u32,
+    /// After [`Status::NotConvex`]: the least eigenvalue of `P`, or some `v' P v / v' v` that is lower; of a sparse `P`
+    /// of more than 800 unknowns the worst pivot of `D P D`, scaled to largest entries of 1.
+    pub negative_curvature: Option<f64>,
 }
 
 impl Report {
@@ -109,11 +116,12 @@ impl Report {
             objective: f64::NAN,
             residuals: Residuals { stationarity: f64::NAN, feasibility: f64::NAN, complementarity: f64::NAN },
             iterations: 0,
+            negative_curvature: None,
         }
     }
 
-    /// The constraints that contradict each other, heaviest first: those whose multiplier in the certificate is at least
-    /// `fraction` of the largest. Empty unless the status is [`Status::Infeasible`].
+    /// The constraints that contradict each other, heaviest first: those whose multiplier in the certificate is at
+    /// least `fraction` of the largest. Empty unless the status is [`Status::Infeasible`].
     #[must_use]
     pub fn conflict(&self, fraction: f64) -> Vec<Conflict> {
         if self.status != Status::Infeasible {

@@ -3,6 +3,9 @@
 use crate::{Report, Residuals};
 use nalgebra::DVector;
 
+/// Share of a certificate below which a multiplier is what the solver's tolerance leaves.
+const CERTIFICATE_NOISE: f64 = 1e-7;
+
 /// Entries `(row, column, value)` in any order; entries at the same place add up.
 #[derive(Debug, Clone, Default)]
 pub struct Triplets {
@@ -340,7 +343,8 @@ impl QuadraticProgram {
                 let below = lower[i] - value[i];
                 let above = value[i] - upper[i];
                 feasibility = feasibility.max(below.max(above) / value_scale);
-                // The side the multiplier's sign claims to be active; a multiplier towards an absent side counts in full.
+                // The side the multiplier's sign claims to be active; a multiplier towards an absent side counts in
+                // full.
                 let distance = if y[i] > 0.0 { above.abs() } else { below.abs() };
                 let product = if distance.is_finite() { distance * y[i].abs() } else { y[i].abs() };
                 complementarity = complementarity.max(product / (y_scale * value_scale));
@@ -349,9 +353,10 @@ impl QuadraticProgram {
         Residuals { stationarity, feasibility, complementarity }
     }
 
-    /// Of an infeasible problem: however `x` is chosen, with the equalities met some inequality or bound is violated by at
-    /// least this much. From the certificate `A' y_eq + C' y_in + y_bound = 0`: the sum of all `|y| * violation` is at least
-    /// minus the support value `b' y_eq + sum (y > 0: u y, y < 0: l y)`.
+    /// Of an infeasible problem: however `x` is chosen, with the equalities met some inequality or bound is violated by
+    /// at least this much. From the certificate `A' y_eq + C' y_in + y_bound = 0`: the sum of all `|y| * violation` is
+    /// at least minus the support value `b' y_eq + sum (y > 0: u y, y < 0: l y)`. Where the equalities alone contradict
+    /// each other: some equality is violated by at least this much.
     #[must_use]
     pub fn least_violation(&self, report: &Report) -> f64 {
         let side = |y: f64, lower: f64, upper: f64| match y {
@@ -364,7 +369,10 @@ impl QuadraticProgram {
         };
         let support =
             self.b.dot(&report.y_eq) + sum(&report.y_in, &self.l, &self.u) + sum(&report.y_bound, &self.lb, &self.ub);
-        let total: f64 = report.y_in.iter().chain(&report.y_bound).map(|y| y.abs()).sum();
+        let size = |y: &DVector<f64>| y.iter().map(|y| y.abs()).sum::<f64>();
+        let (sides, equalities) = (size(&report.y_in) + size(&report.y_bound), size(&report.y_eq));
+        // A certificate of equalities alone leans on the sides by rounding only.
+        let total = if sides > CERTIFICATE_NOISE * equalities { sides } else { equalities };
         if total > 0.0 { (-support / total).max(0.0) } else { 0.0 }
     }
 }

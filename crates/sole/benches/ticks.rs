@@ -70,7 +70,7 @@ fn problem(model: &SoleModel, pose: &Transform, slip: &Vec3, mu: f64) -> Contact
         let from = Vec3::new(points[b].x, points[b].y, 0.0);
         free.fixed_rows_mut::<3>(3 * b).copy_from(&(p - from + slip));
     }
-    ContactProblem::new(delassus, free, vec![mu; n]).expect("a sound problem")
+    ContactProblem::of_model(delassus, free, vec![mu; n]).expect("a sound problem")
 }
 
 fn friction_table() {

@@ -138,7 +138,7 @@ impl NestedEstimator {
             let tolerance = (self.settings.inner_fraction * outer).clamp(0.1 * self.settings.tolerance, 1e-3);
             let free = self.undeformed(&self.pose);
             let mu = self.model.friction().to_vec();
-            let Ok(problem) = ContactProblem::new(self.delassus(&self.pose), free, mu) else { break };
+            let Ok(problem) = ContactProblem::of_model(self.delassus(&self.pose), free, mu) else { break };
             let settings = Settings { tolerance, sweeps_max: self.settings.sweeps_max, ..Settings::default() };
             let mut answer = gauss_seidel(&problem, &mut self.workspace, &settings);
             sweeps += answer.iterations;

@@ -10,11 +10,14 @@ const HELP: &str = r#"INPUT, one JSON document on stdin (--example prints a comp
   {"W": [[...]],          3n x 3n, symmetric positive semi-definite; rows t1, t2, n of each contact in turn
    "q": [...],            3n: relative displacement (or velocity) without forces
    "mu": [...],           n friction coefficients >= 0
-   "tolerance": 1e-8,     largest |F - P(F - rho (delta + mu |delta_t| n))| / |F|, rho = 3/trace(W_aa), P onto the cone; default 1e-8
+   "tolerance": 1e-8,     largest |r| / |F| and |r/rho| / |q|, r = F - P(F - rho (delta + mu |delta_t| n)), rho = 3/trace(W_aa), P onto
+                         the cone; default 1e-8
    "solver": "auto"}      "gauss-seidel", "newton", "proximal" or "auto" (all in turn); default "auto"
 
-OUTPUT: "F", "delta" = W F + q (3n each), "residual" (relative, as above), "residual_n" (absolute), "worst_contact", "states" ("open",
-  "stick", "slide"), "status" ("solved", "iteration-limit", "singular"), "iterations", "time_us".
+OUTPUT: "F", "delta" = W F + q (3n each), "residual" (the larger of "residual_force" and "residual_gap", as above), "residual_n" (absolute),
+  "penetration_m" (largest -delta_n), "worst_contact", "states" ("open", "stick", "slide"), "iterations", "time_us",
+  "status": "solved", "iteration-limit" (none found), "singular", or "impossible" (there is none), then with
+  "obstruction": {"contacts": [{"contact": i, "weight": y_i}], "least_penetration_m"}: W y = 0 and q.y < 0, y on the normals.
   Exit code 0 only when solved."#;
 
 /// What to solve.
@@ -52,12 +55,29 @@ struct Output {
     F: Vec<f64>,
     delta: Vec<f64>,
     residual: f64,
+    residual_force: f64,
+    residual_gap: f64,
     residual_n: f64,
+    penetration_m: f64,
     worst_contact: usize,
     states: Vec<&'static str>,
     status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstruction: Option<Obstruction>,
     iterations: usize,
     time_us: f64,
+}
+
+#[derive(Serialize)]
+struct Obstruction {
+    contacts: Vec<ObstructingContact>,
+    least_penetration_m: f64,
+}
+
+#[derive(Serialize)]
+struct ObstructingContact {
+    contact: usize,
+    weight: f64,
 }
 
 /// Reads a problem, writes its solution.
@@ -92,16 +112,28 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (status, outcome) = match report.status {
         Status::Solved => ("solved", Outcome::Solved),
         Status::IterationLimit => ("iteration-limit", Outcome::NotSolved),
+        Status::Impossible => ("impossible", Outcome::NotSolved),
         Status::Singular => ("singular", Outcome::NotSolved),
     };
     door::write(&Output {
         F: door::list(&report.force),
         delta: door::list(&report.delta),
         residual: report.residual.relative,
+        residual_force: report.residual.force,
+        residual_gap: report.residual.gap,
         residual_n: report.residual.absolute_n,
+        penetration_m: report.residual.penetration_m,
         worst_contact: report.residual.worst_contact,
         states: workspace.states().iter().map(state).collect(),
         status,
+        obstruction: report.obstruction.as_ref().map(|found| Obstruction {
+            contacts: found
+                .contacts
+                .iter()
+                .map(|(contact, weight)| ObstructingContact { contact: *contact, weight: *weight })
+                .collect(),
+            least_penetration_m: found.least_penetration_m,
+        }),
         iterations: report.iterations,
         time_us,
     })?;

@@ -2,7 +2,8 @@
 
 use crate::door::{self, Outcome};
 use ::qp::dense::{
-    ActiveSet, ActiveSetSettings, Interior, InteriorSettings, Outcome as Solution, Problem, Side, Size, Solver,
+    ActiveSet, ActiveSetSettings, Auto, Backend as Answering, Interior, InteriorSettings, Outcome as Solution, Problem,
+    Side, Size, Solver,
 };
 use ::qp::{Row, Status};
 use anyhow::Context;
@@ -19,16 +20,19 @@ solved in order, each starting from what held at the solution before it (as long
   such rows or no bounds.
 
 OUTPUT, one JSON document on stdout: an object per program (a list for a list):
-  "status"       "solved", "solved_inaccurately", "infeasible", "unbounded", "iteration_limit", "time_limit", "numerical_failure"
-  "x"            the point
+  "status"       "solved", "solved_inaccurately", "infeasible", "unbounded", "not_convex", "iteration_limit", "time_limit",
+                 "numerical_failure"
+  "x"            the point; of an unbounded program the direction in which the objective falls for ever
+  "negative_curvature"  of a program that is not convex: the least eigenvalue of P, or a lower v'Pv / v'v of some v
   "y_eq", "y_in", "y_bound"     multipliers: P x + c + A'y_eq + C'y_in + y_bound = 0, positive at upper sides, negative at lower
                  ones; of an infeasible program the certificate A'y_eq + C'y_in + y_bound = 0
   "objective"    1/2 x'Px + c'x
   "residuals"    "stationarity", "feasibility", "complementarity", each relative to the largest term that should cancel (at
                  least 1); "violation": largest violation of any row in its own unit
   "active"       rows that hold: {"row": "C"|"bound", "index": i, "side": "lower"|"upper"} (active set only)
-  "contradiction"  of an infeasible program: "rows" [{"row": "A"|"C"|"bound", "index": i, "weight": w}], "unmet" (the row that
-                 cannot be met while the others hold; Clarabel knows none), "amount" (by how much, in its unit)
+  "contradiction"  of an infeasible program: "rows" [{"row": "A"|"C"|"bound", "index": i, "weight": w}], "unmet" (a row that
+                 cannot be met while the others hold), "amount" (by how much, in its unit), "least_violation" (whatever x, with A x = b
+                 met, one of these rows is violated by at least this much)
   "iterations"   changes of the active set, or interior-point steps
   "backend", "time_us"   who solved it, and how long the solver took (wall clock)
 Exit code 0 only when every program was solved."#;
@@ -42,9 +46,9 @@ const EXAMPLE: &str = r#"[
 /// Who solves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Backend {
-    /// The active set; Clarabel where P is not positive definite.
+    /// The active set; Clarabel as backup solver where it does not get through.
     Auto,
-    /// Own warm-started dual active set: P positive definite.
+    /// Own warm-started dual active set: P positive semidefinite.
     ActiveSet,
     /// Clarabel's interior point: P positive semidefinite.
     Clarabel,
@@ -137,6 +141,8 @@ struct Answer {
     active: Vec<ActiveRow>,
     #[serde(skip_serializing_if = "Option::is_none")]
     contradiction: Option<Contradiction>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    negative_curvature: Option<f64>,
     iterations: u32,
     backend: &'static str,
     time_us: f64,
@@ -162,6 +168,7 @@ struct Contradiction {
     rows: Vec<ConflictRow>,
     unmet: Option<UnmetRow>,
     amount: f64,
+    least_violation: f64,
 }
 
 #[derive(Serialize)]
@@ -210,37 +217,44 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 #[derive(Default)]
 struct Solvers {
     size: Option<Size>,
-    active_set: Option<ActiveSet>,
-    interior: Option<Interior>,
+    solver: Option<Chosen>,
+}
+
+enum Chosen {
+    Auto(Auto),
+    ActiveSet(ActiveSet),
+    Clarabel(Interior),
 }
 
 impl Solvers {
     fn solve(&mut self, problem: &Problem, arguments: &Arguments) -> Answer {
         let size = problem.size();
         if self.size != Some(size) {
-            let settings = ActiveSetSettings::default();
-            self.active_set = Some(ActiveSet::new(
-                size,
-                ActiveSetSettings {
-                    feasibility_tolerance: arguments.tolerance.unwrap_or(settings.feasibility_tolerance),
-                    iterations_max: arguments.iterations_max as usize,
-                },
-            ));
-            let tolerance = arguments.tolerance.unwrap_or(1e-9);
-            self.interior =
-                Some(Interior::new(size, InteriorSettings { tolerance, iterations_max: arguments.iterations_max }));
-            self.size = Some(size);
+            (self.size, self.solver) = (Some(size), None);
         }
-        if arguments.backend != Backend::Clarabel
-            && let Some(solver) = &mut self.active_set
-        {
-            let answer = timed(solver, problem, "active-set");
-            // "Unbounded" is how the active set says that P is not positive definite.
-            if arguments.backend == Backend::ActiveSet || answer.status != word(Status::Unbounded) {
-                return answer;
+        let defaults = ActiveSetSettings::default();
+        let settings = ActiveSetSettings {
+            feasibility_tolerance: arguments.tolerance.unwrap_or(defaults.feasibility_tolerance),
+            iterations_max: arguments.iterations_max as usize,
+        };
+        let interior = InteriorSettings {
+            tolerance: arguments.tolerance.unwrap_or(1e-9),
+            iterations_max: arguments.iterations_max,
+        };
+        let solver = self.solver.get_or_insert_with(|| match arguments.backend {
+            Backend::Auto => Chosen::Auto(Auto::new(size, settings, interior)),
+            Backend::ActiveSet => Chosen::ActiveSet(ActiveSet::new(size, settings)),
+            Backend::Clarabel => Chosen::Clarabel(Interior::new(size, interior)),
+        });
+        match solver {
+            Chosen::ActiveSet(solver) => timed(solver, problem, "active-set"),
+            Chosen::Clarabel(solver) => timed(solver, problem, "clarabel"),
+            Chosen::Auto(solver) => {
+                let answer = timed(solver, problem, "active-set");
+                let backend = if solver.backend() == Answering::Interior { "clarabel" } else { answer.backend };
+                Answer { backend, ..answer }
             }
         }
-        timed(self.interior.as_mut().expect("made above"), problem, "clarabel")
     }
 }
 
@@ -270,6 +284,7 @@ fn answer(solution: &Solution, backend: &'static str, time_us: f64) -> Answer {
             UnmetRow { row, index }
         }),
         amount: solution.contradiction.amount,
+        least_violation: solution.contradiction.least_violation(),
     });
     Answer {
         status: word(report.status),
@@ -298,6 +313,7 @@ fn answer(solution: &Solution, backend: &'static str, time_us: f64) -> Answer {
             })
             .collect(),
         contradiction,
+        negative_curvature: report.negative_curvature,
         iterations: report.iterations,
         backend,
         time_us,
@@ -318,6 +334,7 @@ fn word(status: Status) -> &'static str {
         Status::SolvedInaccurately => "solved_inaccurately",
         Status::Infeasible => "infeasible",
         Status::Unbounded => "unbounded",
+        Status::NotConvex => "not_convex",
         Status::IterationLimit => "iteration_limit",
         Status::TimeLimit => "time_limit",
         Status::NumericalFailure => "numerical_failure",
@@ -347,17 +364,23 @@ mod tests {
     }
 
     #[test]
-    fn a_semidefinite_program_goes_to_clarabel_and_an_infeasible_one_names_its_rows() {
+    fn semidefinite_infeasible_and_other_programs_say_what_they_are() {
         let semidefinite: Program =
             door::parse(r#"{"P": [[1, 0], [0, 0]], "c": [0, 1], "lb": [null, -2]}"#).expect("parses");
         let answer = Solvers::default().solve(&semidefinite.problem().expect("fits"), &arguments(Backend::Auto));
-        assert_eq!((answer.status, answer.backend), ("solved", "clarabel"));
+        assert_eq!((answer.status, answer.x[1]), ("solved", -2.0));
+        let saddle: Program =
+            door::parse(r#"{"P": [[1, 0], [0, -1]], "c": [0, 0], "lb": [-1, -1], "ub": [1, 1]}"#).expect("parses");
+        for backend in [Backend::Auto, Backend::ActiveSet, Backend::Clarabel] {
+            let answer = Solvers::default().solve(&saddle.problem().expect("fits"), &arguments(backend));
+            assert_eq!((answer.status, answer.negative_curvature), ("not_convex", Some(-1.0)));
+        }
         let impossible: Program =
             door::parse(r#"{"P": [[1]], "c": [0], "C": [[1]], "l": [2], "ub": [1]}"#).expect("parses");
         let answer = Solvers::default().solve(&impossible.problem().expect("fits"), &arguments(Backend::Auto));
         assert_eq!(answer.status, "infeasible");
         let contradiction = answer.contradiction.expect("named");
-        assert_eq!((contradiction.rows.len(), contradiction.amount), (2, 1.0));
+        assert_eq!((contradiction.rows.len(), contradiction.amount, contradiction.least_violation), (2, 1.0, 0.5));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Clarabel, an interior-point method (Goulart and Chen, 2024): `min 1/2 x'Px + q'x, A x + s = b, s in K`.
 //!
-//! Each finite side becomes one row of the nonnegative cone, `C x + s = u` and `-C x + s = -l`; rows whose sides coincide
-//! join the equalities (zero cone), because a pair of opposite inequalities without interior breaks interior points.
+//! Each finite side becomes one row of the nonnegative cone, `C x + s = u` and `-C x + s = -l`; rows whose sides
+//! coincide join the equalities (zero cone), because a pair of opposite inequalities without interior breaks interior
+//! points.
 
+use crate::convexity::negative_curvature_sparse;
 use crate::relaxation::{Relaxation, relax};
 use crate::sparse::ProblemError;
 use crate::{QuadraticProgram, Report, Row, SparseMatrix, Status};
@@ -15,17 +17,19 @@ use clarabel::solver::{
 /// Tolerances and limits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// Relative and absolute tolerance on residuals and duality gap, in Clarabel's equilibrated problem. Useful: 1e-6 to
-    /// 1e-11; an interior point gains about one digit per iteration near the end, so tight tolerances are cheap.
+    /// Relative and absolute tolerance on residuals and duality gap, in Clarabel's equilibrated problem. Useful: 1e-6
+    /// to 1e-11; an interior point gains about one digit per iteration near the end, so tight tolerances are cheap.
     pub tolerance: f64,
     /// Limit of interior-point iterations; 10 to 30 are usual.
     pub iterations_max: u32,
-    /// Whether Clarabel scales rows and columns to similar size first. Leave it out where unknowns and rows have been scaled with their
-    /// meaning in mind: its scaling, which looks at the largest entry of each, then takes digits away.
+    /// Whether Clarabel scales rows and columns to similar size first. Leave it out where unknowns and rows have been
+    /// scaled with their meaning in mind: its scaling, which looks at the largest entry of each, then takes digits
+    /// away.
     pub equilibrate: bool,
-    /// Added to the diagonal of every system of equations, so that its factors exist; iterative refinement takes it away again. Where the
-    /// objective is flatter than this along some direction refinement no longer converges, and steps in that direction lose their
-    /// digits; the smaller it is, the more digits the factors lose. Useful: 1e-11 to 1e-8.
+    /// Added to the diagonal of every system of equations, so that its factors exist; iterative refinement takes it
+    /// away again. Where the objective is flatter than this along some direction refinement no longer converges, and
+    /// steps in that direction lose their digits; the smaller it is, the more digits the factors lose. Useful: 1e-11 to
+    /// 1e-8.
     pub regularisation: f64,
 }
 
@@ -35,13 +39,15 @@ impl Default for Settings {
     }
 }
 
-/// Where a row of Clarabel's constraint matrix comes from: `sign` = +1 for an upper side or an equality, -1 for a lower side.
+/// Where a row of Clarabel's constraint matrix comes from: `sign` = +1 for an upper side or an equality, -1 for a lower
+/// side.
 struct Origin {
     row: Row,
     sign: f64,
 }
 
-/// Solves the problem from scratch. If it is infeasible, a second solve finds the rows that contradict each other.
+/// Solves the problem from scratch, if it is convex. If it is infeasible, a second solve finds the rows that contradict
+/// each other.
 ///
 /// # Errors
 /// If the problem's arrays do not fit together ([`QuadraticProgram::check`]).
@@ -50,6 +56,9 @@ struct Origin {
 /// If Clarabel refuses data that passed the check: a defect of this conversion.
 pub fn solve(problem: &QuadraticProgram, settings: &Settings) -> Result<Report, ProblemError> {
     problem.check()?;
+    if let Some(report) = not_convex(problem) {
+        return Ok(report);
+    }
     let mut report = solve_once(problem, settings);
     if report.status == Status::Infeasible {
         let Relaxation { problem: relaxed, origins } = relax(problem);
@@ -69,6 +78,15 @@ pub fn solve(problem: &QuadraticProgram, settings: &Settings) -> Result<Report, 
         }
     }
     Ok(report)
+}
+
+/// The report of a program that is not convex.
+pub(crate) fn not_convex(problem: &QuadraticProgram) -> Option<Report> {
+    let curvature = negative_curvature_sparse(&problem.P)?;
+    let mut report = Report::with_sizes(problem.variables(), problem.b.len(), problem.l.len());
+    report.status = Status::NotConvex;
+    report.negative_curvature = Some(curvature);
+    Some(report)
 }
 
 pub(crate) fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Report {
@@ -108,8 +126,8 @@ pub(crate) fn solve_once(problem: &QuadraticProgram, settings: &Settings) -> Rep
     report
 }
 
-/// `[A; C and bounds with coinciding sides; finite sides]`, its right-hand side, the origin of each row, and how many rows
-/// are equalities.
+/// `[A; C and bounds with coinciding sides; finite sides]`, its right-hand side, the origin of each row, and how many
+/// rows are equalities.
 fn stack(problem: &QuadraticProgram) -> (CscMatrix<f64>, Vec<f64>, Vec<Origin>, usize) {
     let (n, m) = (problem.variables(), problem.l.len());
     // Rows of C, then bounds; each goes to at most two rows of the stack: [upper or equal, lower].

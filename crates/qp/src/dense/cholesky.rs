@@ -6,11 +6,14 @@ use nalgebra::DMatrix;
 
 /// Columns treated together in the triangular solves.
 const BLOCK: usize = 4;
+/// A pivot below this part of its diagonal entry is what rounding leaves of zero.
+const PIVOT_LEAST: f64 = 64.0 * f64::EPSILON;
 
 /// Cholesky factor of a symmetric positive definite matrix.
 ///
 /// Column j of L is zero from row `ends[j]` on. P of a control step is (accelerations | contact intensities), often
-/// without coupling: then the factorisation costs the blocks and not the whole, and a fully dense P is found just as well.
+/// without coupling: then the factorisation costs the blocks and not the whole, and a fully dense P is found just as
+/// well.
 #[derive(Debug, Clone)]
 pub struct Cholesky {
     n: usize,
@@ -20,12 +23,12 @@ pub struct Cholesky {
     ends: Vec<usize>,
 }
 
-/// The matrix is not positive definite: what was left of this diagonal entry.
+/// The matrix is not positive definite, to rounding: what was left of this diagonal entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Indefinite {
     /// Column at which the factorisation stopped.
     pub column: usize,
-    /// The pivot found there: not positive, or not a number.
+    /// The pivot found there: not above rounding, or not a number.
     pub pivot: f64,
 }
 
@@ -35,8 +38,8 @@ impl Cholesky {
         Self { n, lower: vec![0.0; n * n], inverse_diagonal: vec![0.0; n], ends: vec![0; n] }
     }
 
-    /// Factorises a symmetric matrix, rows and columns taken in the given order: left-looking, four columns at a time. Both
-    /// triangles are read.
+    /// Factorises a symmetric matrix, rows and columns taken in the given order: left-looking, four columns at a time.
+    /// Both triangles are read.
     pub fn factorise(&mut self, matrix: &DMatrix<f64>, order: &Order) -> Result<(), Indefinite> {
         let n = self.n;
         assert_eq!(matrix.shape(), (n, n), "the matrix must have the size the factor was made for");
@@ -50,9 +53,11 @@ impl Cholesky {
                 end = end.max(order.end(k));
             }
             let (done, panel) = self.lower.split_at_mut(j * n);
+            let mut diagonal = [0.0; BLOCK];
             for (k, column) in panel.chunks_exact_mut(n).take(width).enumerate() {
                 column[j..j + k].fill(0.0);
                 order.column(matrix, j + k, j + k, &mut column[j + k..end]);
+                diagonal[k] = column[j + k];
                 // Rows beyond an earlier block's end hold old numbers, not zeros.
                 column[end..].fill(0.0);
             }
@@ -65,7 +70,7 @@ impl Cholesky {
                     axpy(-earlier[k], &earlier[k..end], &mut column[k..end]);
                 }
                 let pivot = column[k];
-                if !(pivot > 0.0 && pivot.is_finite()) {
+                if !(pivot > PIVOT_LEAST * diagonal[k - j] && pivot.is_finite()) {
                     return Err(Indefinite { column: k, pivot });
                 }
                 let root = pivot.sqrt();
@@ -247,6 +252,9 @@ mod tests {
         let error = Cholesky::new(7).factorise(&p, &order).expect_err("not positive definite");
         assert_eq!(error.column, 5);
         assert!(error.pivot < 0.0);
+        // Two equal unknowns: rounding leaves some pivot, of either sign.
+        let factor = DMatrix::from_fn(7, 3, |i, j| ((i * 3 + j * 5) % 7) as f64 / 3.0 - 0.7);
+        assert!(Cholesky::new(7).factorise(&(&factor * factor.transpose()), &Order::natural(7)).is_err());
         p[(5, 5)] = f64::NAN;
         assert!(Cholesky::new(7).factorise(&p, &order).expect_err("not a number").pivot.is_nan());
     }

@@ -1,7 +1,12 @@
 //! Clarabel's interior point behind the dense problem type, with data updates.
 
-use super::{Active, Outcome, Problem, Size, Solver};
-use crate::{Conflict, Row, Status};
+use super::cholesky::Cholesky;
+use super::order::Order;
+use super::scaling::Scaling;
+use super::{Active, Contradiction, Outcome, Problem, Size, Solver};
+use crate::backend::clarabel::{Settings, solve};
+use crate::convexity::negative_curvature;
+use crate::{Conflict, QuadraticProgram, Row, SparseMatrix, Status};
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 use nalgebra::DMatrix;
@@ -26,6 +31,11 @@ const NO_SIDE: f64 = 1e20;
 
 /// Below this part of the largest multiplier a certificate's entry is noise.
 const NEGLIGIBLE: f64 = 1e-4;
+
+/// Units further apart than this make Clarabel's answer worth a second look: its own scaling ends at 1e4 and 1e-4.
+const SPREAD: f64 = 1e6;
+/// An answer is good when its residual in units of its own is below this times the tolerance.
+const MEASURE: f64 = 1e3;
 
 /// What of a two-sided row exists. The cones, and so the memory, depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,10 +77,14 @@ struct Source {
     sign: f64,
 }
 
-/// Clarabel for programs of one size. The matrices are handed over by value as long as their pattern of zeros stays within
-/// what was seen before; else the solver is set up anew, and [`Interior::setups`] counts it.
+/// Clarabel for programs of one size. The matrices are handed over by value as long as their pattern of zeros stays
+/// within what was seen before; else the solver is set up anew, and [`Interior::setups`] counts it.
 ///
 /// Clarabel itself allocates once per solve.
+///
+/// A program that is not convex is refused ([`Status::NotConvex`]). The answer to one whose units are far apart is
+/// judged in units that are alike; if it is not good there, the program is solved again in these units, and if that is
+/// no better, it is [`Status::SolvedInaccurately`].
 pub struct Interior {
     size: Size,
     settings: InteriorSettings,
@@ -84,6 +98,9 @@ pub struct Interior {
     target: Vec<f64>,
     c: Vec<f64>,
     solver: Option<DefaultSolver<f64>>,
+    order: Order,
+    cholesky: Cholesky,
+    scaling: Scaling,
     setups: usize,
     outcome: Outcome,
 }
@@ -106,6 +123,9 @@ impl Interior {
             target: Vec::new(),
             c: Vec::new(),
             solver: None,
+            order: Order::natural(n),
+            cholesky: Cholesky::new(n),
+            scaling: Scaling::new(size),
             setups: 0,
             outcome: Outcome::new(size),
         }
@@ -118,6 +138,54 @@ impl Interior {
     }
 
     fn solve_into_outcome(&mut self, problem: &Problem) -> Status {
+        if let Some(curvature) = self.curvature(problem) {
+            self.outcome.report.negative_curvature = Some(curvature);
+            return Status::NotConvex;
+        }
+        let status = self.ask_clarabel(problem);
+        if status == Status::Infeasible {
+            self.describe_contradiction(problem);
+        }
+        if status == Status::Infeasible || self.scaling.measure(problem) <= SPREAD {
+            return status;
+        }
+        self.look_again(problem, status)
+    }
+
+    /// The negative curvature of P, if any. A factorisation that succeeds is a quick "none".
+    fn curvature(&mut self, problem: &Problem) -> Option<f64> {
+        self.order.arrange(&problem.P, |_| None);
+        let stopped = self.cholesky.factorise(&problem.P, &self.order).is_err();
+        if stopped { negative_curvature(&problem.P) } else { None }
+    }
+
+    /// Judges the answer in units that are alike; where it is not good, the better of it and of the answer found in
+    /// these units stays.
+    fn look_again(&mut self, problem: &Problem, status: Status) -> Status {
+        let scaling = &self.scaling;
+        let good = MEASURE * self.settings.tolerance;
+        let first = scaling.residual(problem, &self.outcome.report);
+        if status == Status::Solved && first <= good {
+            return status;
+        }
+        let mut again = Self::new(self.size, self.settings);
+        again.ask_clarabel(&scaling.scaled(problem));
+        let mut report = again.outcome.report;
+        scaling.carry(&mut report, true);
+        let second = scaling.residual(problem, &report);
+        if !(report.status.has_solution() && (second < first || !status.has_solution())) {
+            return if status == Status::Solved { Status::SolvedInaccurately } else { status };
+        }
+        report.iterations += self.outcome.report.iterations;
+        report.residuals = problem.residuals(&report.x, &report.y_eq, &report.y_in, &report.y_bound);
+        report.objective = problem.objective(&report.x);
+        self.outcome.violation = problem.violation(&report.x);
+        let status = if second <= good { report.status } else { Status::SolvedInaccurately };
+        self.outcome.report = report;
+        status
+    }
+
+    fn ask_clarabel(&mut self, problem: &Problem) -> Status {
         let Size { variables: n, equalities: e, inequalities: m } = self.size;
         assert_eq!(problem.size(), self.size, "the program must have the size the solver was made for");
         let fits = self.absorb_pattern(problem);
@@ -192,16 +260,20 @@ impl Interior {
         report.objective = problem.objective(&report.x);
         self.outcome.violation = problem.violation(&report.x);
         report.status = status;
-        if status == Status::Infeasible {
-            self.describe_contradiction(problem);
-        }
         status
     }
 
-    /// From Clarabel's certificate `y`: `sum yᵢ aᵢ = 0` and `sum yᵢ sideᵢ < 0`.
+    /// Which rows exclude each other. Clarabel's certificate leans a little on every row; that of the relaxed program,
+    /// where the largest violation is least, leans on those that carry it.
     fn describe_contradiction(&mut self, problem: &Problem) {
+        let settings = Settings { tolerance: self.settings.tolerance.min(1e-9), ..Settings::default() };
         let Outcome { report, contradiction, .. } = &mut self.outcome;
-        contradiction.rows = report.conflict(NEGLIGIBLE);
+        // Crossed sides or bad numbers: there is nothing to relax, the first certificate stays.
+        if let Ok(relaxed) = solve(&sparse(problem), &settings)
+            && relaxed.status == Status::Infeasible
+        {
+            (report.y_eq, report.y_in, report.y_bound) = (relaxed.y_eq, relaxed.y_in, relaxed.y_bound);
+        }
         let side = |Conflict { row, weight }: &Conflict| match row {
             Row::Equality(i) => problem.b[*i],
             Row::Inequality(i) if *weight > 0.0 => problem.u[*i],
@@ -209,9 +281,16 @@ impl Interior {
             Row::Bound(i) if *weight > 0.0 => problem.ub[*i],
             Row::Bound(i) => problem.lb[*i],
         };
+        let mut rows = report.conflict(NEGLIGIBLE);
         // A row whose side does not exist has no multiplier beyond rounding.
-        contradiction.rows.retain(|conflict| side(conflict).is_finite());
-        contradiction.amount = -contradiction.rows.iter().map(|conflict| conflict.weight * side(conflict)).sum::<f64>();
+        rows.retain(|conflict| side(conflict).is_finite());
+        let amount = -rows.iter().map(|conflict| conflict.weight * side(conflict)).sum::<f64>();
+        let heaviest = rows.first();
+        *contradiction = Contradiction {
+            unmet: heaviest.map(|conflict| conflict.row),
+            amount: heaviest.map_or(0.0, |conflict| amount / conflict.weight.abs()),
+            rows,
+        };
     }
 
     /// Whether all nonzeros and sides lie within what Clarabel was set up for; takes up those that do not.
@@ -313,6 +392,21 @@ impl Interior {
         self.setups += 1;
         self.solver = DefaultSolver::new(&hessian, problem.c.as_slice(), &matrix, &self.target, &cones, settings).ok();
         self.solver.is_some()
+    }
+}
+
+/// The program for the sparse form.
+fn sparse(problem: &Problem) -> QuadraticProgram {
+    QuadraticProgram {
+        P: SparseMatrix::from_dense(&problem.P),
+        c: problem.c.clone(),
+        A: SparseMatrix::from_dense(&problem.A),
+        b: problem.b.clone(),
+        C: SparseMatrix::from_dense(&problem.C),
+        l: problem.l.clone(),
+        u: problem.u.clone(),
+        lb: problem.lb.clone(),
+        ub: problem.ub.clone(),
     }
 }
 

@@ -9,7 +9,8 @@
 //! | [`Problem`] | the data; [`Problem::residuals`] judges any point against it |
 //! | [`ActiveSet`] | own dual active-set method: exact vertices, warm start, no allocation, names conflicting rows |
 //! | [`Interior`] | Clarabel with data updates: the independent second opinion |
-//! | [`Solver`] | what both offer |
+//! | [`Auto`] | the active set, and where it does not get through, Clarabel as its backup solver |
+//! | [`Solver`] | what all of them offer |
 //!
 //! **Why two.** The active-set method takes less than a fiftieth of Clarabel's time with data updates, ends at the vertex
 //! itself, and does not allocate. Clarabel's interior point does not depend on a good guess and shares no code with it: it
@@ -30,6 +31,7 @@
 //! Math. Programming 27 (1983); Goulart and Chen, *Clarabel* (2024).
 
 mod active_set;
+mod auto;
 mod basis;
 mod cholesky;
 mod interior;
@@ -37,8 +39,10 @@ mod kernels;
 mod order;
 mod problem;
 mod report;
+mod scaling;
 
 pub use active_set::{ActiveSet, ActiveSetSettings};
+pub use auto::{Auto, Backend};
 pub use interior::{Interior, InteriorSettings};
 pub use problem::{Problem, ProblemError, Size};
 pub use report::{Active, Contradiction, Outcome, Side};

@@ -26,11 +26,26 @@ pub struct Active {
 pub struct Contradiction {
     /// The rows, heaviest first; empty when there is no contradiction. Their gradients, times the weights, sum to zero.
     pub rows: Vec<Conflict>,
-    /// The row that could not be met while all others of them hold, if the method knows one.
+    /// The row that cannot be met while all others of them hold.
     pub unmet: Option<Row>,
-    /// By how much it is violated then, in its own unit: relaxing it by this much removes this contradiction. Without such a
-    /// row: by how much the sum of the weighted sides is below zero.
+    /// By how much it is violated then, in its own unit: relaxing it by this much, and no less, removes this
+    /// contradiction. Another row `i` does the same when it is relaxed by `amount |weight of unmet| / |weight i|`.
     pub amount: f64,
+}
+
+impl Contradiction {
+    /// However the unknowns are chosen: with the equalities met, some inequality or bound among [`Contradiction::rows`]
+    /// is violated by at least this much. Where equalities alone contradict each other, some equality is.
+    #[must_use]
+    pub fn least_violation(&self) -> f64 {
+        let weights = |of_sides: bool| {
+            let is_side = |row: &Row| !matches!(row, Row::Equality(_));
+            self.rows.iter().filter(|c| is_side(&c.row) == of_sides).map(|c| c.weight.abs()).sum::<f64>()
+        };
+        let unmet = self.rows.iter().find(|c| Some(c.row) == self.unmet).map_or(0.0, |c| c.weight.abs());
+        let total = if weights(true) > 0.0 { weights(true) } else { weights(false) };
+        if total > 0.0 { self.amount * unmet / total } else { 0.0 }
+    }
 }
 
 impl Contradiction {
@@ -45,16 +60,16 @@ impl Contradiction {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Status, point, multipliers, residuals. After [`Status::IterationLimit`](crate::Status::IterationLimit) the point
-    /// minimises over the rows taken up so far; after [`Status::Infeasible`](crate::Status::Infeasible) likewise, and the
-    /// multipliers are the certificate.
+    /// minimises over the rows taken up so far; after [`Status::Infeasible`](crate::Status::Infeasible) likewise, and
+    /// the multipliers are the certificate.
     pub report: Report,
     /// Largest violation of any row or bound, in the units of the data (the residuals of the report are relative).
     pub violation: f64,
     /// The inequality rows and bounds that hold with equality (active set; empty for Clarabel).
     pub active: Vec<Active>,
-    /// Which rows exclude each other, after [`Status::Infeasible`](crate::Status::Infeasible). The active set names the row
-    /// that it could not take up; Clarabel's certificate, good to its tolerance, knows none: `amount` is then by how much the
-    /// weighted rows miss each other, and widening one row by that over its weight removes the contradiction.
+    /// Which rows exclude each other, after [`Status::Infeasible`](crate::Status::Infeasible). The active set names the
+    /// row that it could not take up; the interior point the heaviest row of the contradiction that all others depend
+    /// on most.
     pub contradiction: Contradiction,
 }
 
@@ -78,6 +93,7 @@ impl Outcome {
         report.residuals =
             crate::Residuals { stationarity: f64::NAN, feasibility: f64::NAN, complementarity: f64::NAN };
         report.iterations = 0;
+        report.negative_curvature = None;
         self.violation = f64::NAN;
         self.active.clear();
         self.contradiction.clear();

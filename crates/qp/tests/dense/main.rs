@@ -8,6 +8,7 @@ mod recorded;
 
 mod adversarial;
 mod conformance;
+mod families;
 mod recordings;
 mod refusals;
 

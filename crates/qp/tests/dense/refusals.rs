@@ -39,10 +39,10 @@ fn what_is_not_a_number_is_a_numerical_failure_wherever_it_stands() {
 }
 
 #[test]
-fn an_indefinite_hessian_is_unbounded_for_the_method() {
+fn an_indefinite_hessian_is_not_convex() {
     let mut problem = plain();
     problem.P[(2, 2)] = -1.0;
-    assert_eq!(status(&problem), Status::Unbounded);
+    assert_eq!(status(&problem), Status::NotConvex);
 }
 
 #[test]

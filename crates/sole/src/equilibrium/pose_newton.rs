@@ -87,7 +87,7 @@ impl Equilibrium {
             let away: Vec3 = self.pose.point(p) - self.reference(point, &families);
             undeformed.fixed_rows_mut::<3>(3 * point).copy_from(&away);
         }
-        let Ok(problem) = ContactProblem::new(delassus, undeformed, self.model.friction().to_vec()) else {
+        let Ok(problem) = ContactProblem::of_model(delassus, undeformed, self.model.friction().to_vec()) else {
             return false;
         };
         let settings = Settings {

@@ -44,7 +44,7 @@ impl PoseDrivenContact {
             free.fixed_rows_mut::<3>(3 * b).copy_from(&place.frame.tr_mul(&(undeformed - place.reference)));
         }
         let mu = self.places.iter().map(|place| place.mu).collect();
-        let Ok(problem) = ContactProblem::new(delassus, free, mu) else { return false };
+        let Ok(problem) = ContactProblem::of_model(delassus, free, mu) else { return false };
         let mut workspace = Workspace::new(n);
         let settings = Settings { tolerance: self.settings.tolerance, ..Settings::default() };
         let answer = friction::solve(&problem, &mut workspace, &settings);

@@ -1,11 +1,12 @@
 //! Dual active-set method in the space where the Hessian is the identity.
 //!
-//! With `P = L Lᵀ` and `y = Lᵀ x` the objective is ½‖y - y₀‖², `y₀ = -L⁻¹ c`, and a row `a x` becomes `d y` with `d = L⁻¹ a`:
-//! the solution is the point of a polyhedron nearest to y₀. The method keeps a set of rows that hold with equality and
-//! whose multipliers have the right sign, so that its point is optimal for those rows (Goldfarb and Idnani call it an
-//! S-pair); it takes up violated rows one at a time until none is left. To look at all rows costs as much as to take one up:
-//! those found violated together are taken up one after the other, the most violated first, as far as they still are. The
-//! gradients of the held rows are kept as a thin QR factorisation D = Q R, in which a row comes or goes with `O(n q)` operations.
+//! With `P = L Lᵀ` and `y = Lᵀ x` the objective is ½‖y - y₀‖², `y₀ = -L⁻¹ c`, and a row `a x` becomes `d y` with `d =
+//! L⁻¹ a`: the solution is the point of a polyhedron nearest to y₀. The method keeps a set of rows that hold with
+//! equality and whose multipliers have the right sign, so that its point is optimal for those rows (Goldfarb and Idnani
+//! call it an S-pair); it takes up violated rows one at a time until none is left. To look at all rows costs as much as
+//! to take one up: those found violated together are taken up one after the other, the most violated first, as far as
+//! they still are. The gradients of the held rows are kept as a thin QR factorisation D = Q R, in which a row comes or
+//! goes with `O(n q)` operations.
 //!
 //! | step | formula |
 //! |---|---|
@@ -15,20 +16,25 @@
 //! | partial step, a multiplier reaches zero first | `t = min uₖ / rₖ`; that row leaves |
 //! | z = 0 and nothing leaves | the row contradicts the held ones with weights r: infeasible |
 //!
-//! **Warm start.** Rows held by the last solution are taken up at once, without the search; those whose multipliers come out
-//! with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad. Bounds of the guess come
-//! first, and their unknowns last in the factorisation of P: they then need neither projections nor long columns of Q. A foot
-//! that is about to leave the ground rests all its forces at zero, up to 64 of them, and costs hardly more than any other.
-//! Of these the ones with the smallest multipliers, which will leave first, are taken up last: what comes after has to be turned
-//! when a row leaves.
+//! **Warm start.** Rows held by the last solution are taken up at once, without the search; those whose multipliers
+//! come out with the wrong sign leave again. Whatever remains is an S-pair, so any guess is safe, good or bad. Bounds
+//! of the guess come first, and their unknowns last in the factorisation of P: they then need neither projections nor
+//! long columns of Q. A foot that is about to leave the ground rests all its forces at zero, up to 64 of them, and
+//! costs hardly more than any other. Of these the ones with the smallest multipliers, which will leave first, are taken
+//! up last: what comes after has to be turned when a row leaves.
 //!
 //! **Degeneracy.** The objective rises with every full step, so no set of rows can return, except by rounding. Sets are
 //! therefore remembered as hashes; when one returns, the tolerance is raised tenfold, and the status says so.
 //!
-//! **Accuracy.** When no row is violated, the residuals are computed from the data, and the point and its multipliers are
-//! improved with the factors at hand (iterative refinement) as long as that helps.
+//! **Semidefinite P.** Where a pivot of the factorisation is rounding, a sequence of strictly convex programs takes its
+//! place (proximal points): a minimiser if there is one, the direction in which the objective falls for ever if not.
+//! Where P has a negative eigenvalue, [`Status::NotConvex`](crate::Status::NotConvex).
+//!
+//! **Accuracy.** When no row is violated, the residuals are computed from the data, and the point and its multipliers
+//! are improved with the factors at hand (iterative refinement) as long as that helps.
 
 mod contradiction;
+mod flat;
 mod refinement;
 mod returning;
 mod rows;
@@ -36,11 +42,12 @@ mod violation;
 mod warm_start;
 
 use super::basis::Basis;
-use super::cholesky::Cholesky;
+use super::cholesky::{Cholesky, Indefinite};
 use super::kernels::{axpy, combine, dot};
 use super::order::Order;
 use super::{Active, Outcome, Problem, Side, Size, Solver};
 use crate::{Conflict, Row, Status};
+use flat::Flat;
 use returning::HISTORY;
 use rows::{label, lengths_of_rows, name};
 use violation::{Tolerance, Violated};
@@ -78,7 +85,8 @@ struct Held {
     sign: f64,
 }
 
-/// The solver: see the module's documentation. Allocates when made, never when solving.
+/// The solver: see the module's documentation. Allocates when made, not when solving, unless P is not positive
+/// definite.
 #[derive(Debug, Clone)]
 pub struct ActiveSet {
     size: Size,
@@ -115,7 +123,32 @@ pub struct ActiveSet {
     history: [u64; HISTORY],
     loosening: f64,
     iterations: usize,
+    /// Memory for a program whose P is only semidefinite, allocated when the first one comes.
+    flat: Option<Box<Flat>>,
     outcome: Outcome,
+}
+
+/// How far a search has come.
+struct Search {
+    /// Corrections of the present point, and the smallest defect before the last.
+    refinements: usize,
+    best_defect: f64,
+    /// How often tolerated rows were looked at again.
+    revivals: usize,
+    /// The next row was found violated at the present point.
+    is_just_found: bool,
+}
+
+impl Search {
+    fn new() -> Self {
+        Self { refinements: 0, best_defect: f64::INFINITY, revivals: 0, is_just_found: false }
+    }
+
+    /// The point is another one.
+    fn begin_anew(&mut self) {
+        self.refinements = 0;
+        self.best_defect = f64::INFINITY;
+    }
 }
 
 /// How taking up a row ended.
@@ -162,6 +195,7 @@ impl ActiveSet {
             history: [0; HISTORY],
             loosening: 1.0,
             iterations: 0,
+            flat: None,
             outcome: Outcome::new(size),
         }
     }
@@ -172,88 +206,105 @@ impl ActiveSet {
         &self.settings
     }
 
-    fn solve_into_outcome(&mut self, problem: &Problem) -> Status {
+    /// Solves a strictly convex program.
+    ///
+    /// # Errors
+    /// P is not positive definite, to rounding.
+    fn solve_strictly_convex(&mut self, problem: &Problem) -> Result<Status, Indefinite> {
         assert_eq!(problem.size(), self.size, "the program must have the size the solver was made for");
-        if let Err(status) = self.prepare(problem) {
-            return status;
+        self.clear();
+        self.factorise(problem)?;
+        if let Some(status) = self.measure_rows(problem) {
+            return Ok(status);
         }
+        self.place_unconstrained(problem);
         self.take_up_equalities_and_guess(problem);
         self.settle(problem);
-        let (mut refinements, mut revivals) = (0, 0);
-        let mut best_defect = f64::INFINITY;
-        let mut is_just_found = false;
+        let mut search = Search::new();
         loop {
-            if self.pending.is_empty() {
-                self.locate(problem, refinements == 0);
-                self.find_violated(problem, Tolerance::Loosened);
-                is_just_found = true;
+            if let Some(ended) = self.find_optimal_set(problem, &mut search) {
+                return Ok(ended);
             }
-            if let Some(violated) = self.pending.pop() {
-                match self.take_up(problem, violated, is_just_found) {
-                    Taken::Held => is_just_found = false,
-                    Taken::Met => continue,
-                    Taken::Contradiction => {
-                        if self.is_proven(problem, violated) {
-                            self.describe_contradiction(problem, violated);
-                            self.judge(problem);
-                            return Status::Infeasible;
-                        }
-                        // The row follows from those held, to rounding: it holds when they do.
-                        self.is_tolerated[violated.row] = true;
-                        self.pending.clear();
-                        self.settle(problem);
-                        refinements = 0;
-                        best_defect = f64::INFINITY;
-                        continue;
-                    }
-                    Taken::OutOfIterations => {
-                        // A step on the way to the row may have been left half-way; what leaves for that is no step.
-                        let iterations = self.iterations;
-                        self.settle(problem);
-                        self.iterations = iterations;
-                        self.place_x();
-                        self.judge(problem);
-                        return Status::IterationLimit;
-                    }
-                }
-                refinements = 0;
-                best_defect = f64::INFINITY;
-                self.notice_return();
-                continue;
+            if let Some(ended) = self.examine(problem, &mut search) {
+                return Ok(ended);
             }
-            let defect = self.judge(problem);
-            if !defect.is_finite() {
-                return Status::NumericalFailure;
-            }
-            // A tolerance that was raised on the way does not matter if the point is good in the end.
-            self.find_violated(problem, Tolerance::Strict);
-            let is_strict = self.pending.is_empty();
-            self.pending.clear();
-            let cannot_improve = refinements == REFINEMENTS_MAX || defect > 0.5 * best_defect;
-            if is_strict && (defect <= 1.0 || cannot_improve) {
-                return Status::Solved;
-            }
-            if cannot_improve && !is_strict && revivals < REVIVALS_MAX && self.is_tolerated.contains(&true) {
-                // A row that followed from others need not do so any more: look at all of them again.
-                revivals += 1;
-                self.is_tolerated.fill(false);
-                refinements = 0;
-                best_defect = f64::INFINITY;
-                continue;
-            }
-            if cannot_improve {
-                let is_near = self.outcome.report.residuals.feasibility <= INACCURATE;
-                return if is_near { Status::SolvedInaccurately } else { Status::NumericalFailure };
-            }
-            best_defect = defect;
-            self.refine(problem);
-            refinements += 1;
         }
     }
 
-    /// Factorises P, measures the rows, finds sides that exclude each other, and places y₀.
-    fn prepare(&mut self, problem: &Problem) -> Result<(), Status> {
-        let Size { variables: n, equalities: e, inequalities: m } = self.size;
+    /// Takes up violated rows until none is left. Returns how the solve ended, if it did on the way.
+    fn find_optimal_set(&mut self, problem: &Problem, search: &mut Search) -> Option<Status> {
+        loop {
+            if self.pending.is_empty() {
+                self.locate(problem, search.refinements == 0);
+                self.find_violated(problem, Tolerance::Loosened);
+                search.is_just_found = true;
+            }
+            let violated = self.pending.pop()?;
+            match self.take_up(problem, violated, search.is_just_found) {
+                Taken::Met => {}
+                Taken::Held => {
+                    search.is_just_found = false;
+                    search.begin_anew();
+                    self.notice_return();
+                }
+                Taken::Contradiction if self.is_proven(problem, violated) => {
+                    self.describe_contradiction(problem, violated);
+                    self.judge(problem);
+                    return Some(Status::Infeasible);
+                }
+                Taken::Contradiction => {
+                    // The row follows from those held, to rounding: it holds when they do.
+                    self.is_tolerated[violated.row] = true;
+                    self.pending.clear();
+                    self.settle(problem);
+                    search.begin_anew();
+                }
+                Taken::OutOfIterations => {
+                    // A step on the way to the row may have been left half-way; what leaves for that is no step.
+                    let iterations = self.iterations;
+                    self.settle(problem);
+                    self.iterations = iterations;
+                    self.place_x();
+                    self.judge(problem);
+                    return Some(Status::IterationLimit);
+                }
+            }
+        }
+    }
+
+    /// Judges the point where no row is violated. Returns how the solve ended; else improves the point, or looks at
+    /// tolerated rows again.
+    fn examine(&mut self, problem: &Problem, search: &mut Search) -> Option<Status> {
+        let defect = self.judge(problem);
+        if !defect.is_finite() {
+            return Some(Status::NumericalFailure);
+        }
+        // A tolerance that was raised on the way does not matter if the point is good in the end.
+        self.find_violated(problem, Tolerance::Strict);
+        let is_strict = self.pending.is_empty();
+        self.pending.clear();
+        let cannot_improve = search.refinements == REFINEMENTS_MAX || defect > 0.5 * search.best_defect;
+        if is_strict && (defect <= 1.0 || cannot_improve) {
+            return Some(Status::Solved);
+        }
+        if !cannot_improve {
+            search.best_defect = defect;
+            self.refine(problem);
+            search.refinements += 1;
+            return None;
+        }
+        if search.revivals < REVIVALS_MAX && self.is_tolerated.contains(&true) {
+            // A row that followed from others need not do so any more: look at all of them again.
+            search.revivals += 1;
+            self.is_tolerated.fill(false);
+            search.begin_anew();
+            return None;
+        }
+        let is_near = self.outcome.report.residuals.feasibility <= INACCURATE;
+        Some(if is_near { Status::SolvedInaccurately } else { Status::NumericalFailure })
+    }
+
+    fn clear(&mut self) {
         self.held.clear();
         self.basis.clear();
         self.postponed.clear();
@@ -263,18 +314,26 @@ impl ActiveSet {
         self.history.fill(0);
         self.loosening = 1.0;
         self.iterations = 0;
+    }
+
+    /// P = L Lᵀ, bounds of the guess last.
+    fn factorise(&mut self, problem: &Problem) -> Result<(), Indefinite> {
         self.mark_bounds_of_guess(problem);
-        let (is_held, first) = (&self.is_held, e + m);
+        let (is_held, first) = (&self.is_held, self.size.equalities + self.size.inequalities);
         let multipliers = &self.bound_multipliers;
         self.order.arrange(&problem.P, |unknown| is_held[first + unknown].then(|| multipliers[unknown]));
-        self.cholesky
-            .factorise(&problem.P, &self.order)
-            .map_err(|stop| if stop.pivot.is_nan() { Status::NumericalFailure } else { Status::Unbounded })?;
+        self.cholesky.factorise(&problem.P, &self.order)
+    }
+
+    /// Measures the rows and finds sides that exclude each other. Returns how the solve ends where they do, or are no
+    /// numbers.
+    fn measure_rows(&mut self, problem: &Problem) -> Option<Status> {
+        let Size { variables: n, equalities: e, inequalities: m } = self.size;
         let (equalities, inequalities) = self.norms[..e + m].split_at_mut(e);
         lengths_of_rows(problem.A.as_slice(), n, equalities);
         lengths_of_rows(problem.C.as_slice(), n, inequalities);
         if !self.norms.iter().all(|x| x.is_finite()) {
-            return Err(Status::NumericalFailure);
+            return Some(Status::NumericalFailure);
         }
         for row in e..e + m + n {
             let (lower, upper) = self.sides(problem, row);
@@ -282,7 +341,7 @@ impl ActiveSet {
                 continue;
             }
             if lower.is_nan() || upper.is_nan() {
-                return Err(Status::NumericalFailure);
+                return Some(Status::NumericalFailure);
             }
             let row = name(self.size, row);
             let contradiction = &mut self.outcome.contradiction;
@@ -290,11 +349,15 @@ impl ActiveSet {
             contradiction.rows.push(Conflict { row, weight: 1.0 });
             contradiction.unmet = Some(row);
             contradiction.amount = lower - upper;
-            return Err(Status::Infeasible);
+            return Some(Status::Infeasible);
         }
+        None
+    }
+
+    /// y₀ = -L⁻¹ c.
+    fn place_unconstrained(&mut self, problem: &Problem) {
         self.order.arranged(problem.c.iter().map(|c| -c), &mut self.y0);
         self.cholesky.solve_lower(&mut self.y0);
-        Ok(())
     }
 
     /// x from y, and all rows at x. After a refinement x is already the better of the two.
@@ -323,9 +386,9 @@ impl ActiveSet {
         combine(problem.C.as_slice(), m, 0, &self.x, inequalities);
     }
 
-    /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way. A row that was
-    /// just found is taken up even if it is met here, where the point is measured otherwise and rounding may hide what was found:
-    /// else it would be found for ever.
+    /// One outer iteration of Goldfarb and Idnani: moves until the violated row holds, leaving rows behind on the way.
+    /// A row that was just found is taken up even if it is met here, where the point is measured otherwise and rounding
+    /// may hide what was found: else it would be found for ever.
     fn take_up(&mut self, problem: &Problem, violated: Violated, is_just_found: bool) -> Taken {
         let Violated { row, sign, tolerance, .. } = violated;
         let entering = Held { row, sign };
@@ -425,12 +488,16 @@ impl ActiveSet {
 impl Solver for ActiveSet {
     fn solve(&mut self, problem: &Problem) -> &Outcome {
         self.outcome.clear();
-        let status = self.solve_into_outcome(problem);
+        let status = match self.solve_strictly_convex(problem) {
+            Ok(status) => status,
+            Err(stop) => self.solve_flat(problem, stop),
+        };
         self.outcome.report.status = status;
         self.outcome.report.iterations = self.iterations as u32;
         if status == Status::Infeasible {
             self.write_certificate();
         }
+        self.outcome.active.clear();
         self.remember();
         &self.outcome
     }
@@ -486,8 +553,8 @@ mod tests {
 
     #[test]
     fn a_violation_that_rounding_hides_at_the_other_measure_ends_the_search_too() {
-        // x = 1/3 gives the row 0.1, and the side lies a tolerance above it: one last digit decides, and `a x` and `d y` have not
-        // always the same. On a thread, so that a search without end fails the test.
+        // x = 1/3 gives the row 0.1, and the side lies a tolerance above it: one last digit decides, and `a x` and `d
+        // y` have not always the same. On a thread, so that a search without end fails the test.
         let (done, ended) = std::sync::mpsc::channel();
         std::thread::spawn(move || {
             let mut problem = Problem::new(Size { variables: 1, equalities: 0, inequalities: 1 });
