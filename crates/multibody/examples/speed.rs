@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p multibody --example speed -- ROBOT.urdf FRAME...`
 #![allow(clippy::print_stdout)] // its result
+#![allow(clippy::disallowed_methods)] // it measures time
 
 use multibody::*;
 use nalgebra::{DMatrix, DVector};

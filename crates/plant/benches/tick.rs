@@ -2,6 +2,7 @@
 //!
 //! `cargo bench -p plant` prints a table; the machine is the reader's.
 #![allow(non_snake_case, clippy::print_stdout)]
+#![allow(clippy::disallowed_methods)] // it measures time
 
 #[path = "../tests/suite/robot.rs"]
 #[allow(dead_code)]

@@ -5,6 +5,7 @@
 //! writes all answers to FILE; later ones say how many differ from them: halve or double a constant and run again. The numbers in the
 //! constants' comments come from here.
 #![allow(clippy::print_stdout)]
+#![allow(clippy::disallowed_methods)] // it measures time
 
 #[path = "../tests/suite/walking_stance.rs"]
 #[allow(dead_code)]

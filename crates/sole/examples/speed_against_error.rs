@@ -6,6 +6,7 @@
 //! first Wasserstein distance of the two distributions along the sole's length, each row of nodes spread over the strip it stands for).
 //! Times are the thread's own CPU time per tick; memory is counted by the allocator. Prints a table and draws it.
 #![allow(clippy::print_stdout)]
+#![allow(clippy::disallowed_methods)] // it measures time
 
 #[path = "../tests/suite/walking_stance.rs"]
 mod walking_stance;

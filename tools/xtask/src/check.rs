@@ -1,7 +1,7 @@
 //! Everything that must hold before a change is merged.
 
 use crate::metadata::{Metadata, cargo};
-use crate::{licenses, rules};
+use crate::{circles, licenses, rules};
 use anyhow::{Context, bail, ensure};
 use std::process::Command;
 
@@ -17,10 +17,11 @@ pub fn all() -> anyhow::Result<()> {
     run("release", cargo().args(["build", "--workspace", "--bins", "--release"]))
 }
 
-/// Dependency rules and licences.
+/// Dependency rules, circles of modules and licences.
 pub fn rules_and_licenses() -> anyhow::Result<()> {
     let metadata = Metadata::read()?;
     let mut violations = rules::violations(&metadata);
+    violations.extend(circles::violations(&metadata.root)?);
     violations.extend(licenses::violations(&metadata));
     if violations.is_empty() {
         return Ok(());

@@ -4,6 +4,7 @@
 //! types first.
 
 mod check;
+mod circles;
 mod fuzz;
 mod licenses;
 mod metadata;

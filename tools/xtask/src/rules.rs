@@ -142,7 +142,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
 ];
 
 /// What must not be reachable from a package, however indirectly: the 200 Hz processes stay small, the mathematics pure.
-const MUST_NOT_REACH: [(&str, &[&str]); 9] = [
+const MUST_NOT_REACH: [(&str, &[&str]); 13] = [
     ("soleus-controller", &["sole", "faer", "gait", "mcap", "recording"]),
     ("soleus-estimator", &["gait", "qp", "clarabel", "multibody", "wholebody", "mcap", "recording"]),
     ("soleus-simulator", &["gait", "wholebody", "mcap", "recording"]),
@@ -152,6 +152,10 @@ const MUST_NOT_REACH: [(&str, &[&str]); 9] = [
     ("gait", OUTSIDE),
     ("wholebody", OUTSIDE),
     ("friction", OUTSIDE),
+    ("multibody", OUTSIDE),
+    ("qp", OUTSIDE),
+    ("pattern", OUTSIDE),
+    ("spatial", OUTSIDE),
 ];
 
 /// What mathematics has nothing to do with: other processes, files of recordings, terminals, diagnostics.

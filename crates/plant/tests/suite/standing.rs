@@ -30,6 +30,7 @@ fn on_hard_feet_the_robot_settles_with_half_its_weight_on_each() {
 }
 
 #[test]
+#[allow(clippy::disallowed_methods)] // its output says how long it took
 fn on_soft_soles_the_robot_settles_with_half_its_weight_on_each() {
     let model = robot::model();
     let ankles = robot::flat_ankles(0.0);
