@@ -104,8 +104,8 @@ fn an_infeasible_gait_is_refused_before_anything_moves() {
 fn a_number_that_cannot_be_is_named_with_its_file_and_full_key() {
     let _alone = alone();
     for (setting, said) in [
-        ("planner.gait.body.mass_kg=-39.0", ["planner.toml cannot be used", "gait.body.mass_kg = -39"]),
-        ("planner.gait.body.mass_kg=nan", ["planner.toml cannot be used", "gait.body.mass_kg = NaN"]),
+        ("planner.gait.body.mass_kg=-39.0", ["planner.toml cannot be used", "`gait.body.mass_kg` is -39"]),
+        ("planner.gait.body.mass_kg=nan", ["planner.toml cannot be used", "`gait.body.mass_kg` is NaN"]),
         ("controller.tasks.com.weight=nan", ["controller.toml cannot be used", "`tasks.com.weight` is NaN"]),
         ("simulator.plant.step.step_s=-0.001", ["simulator.toml cannot be used", "plant.step.step_s"]),
     ] {

@@ -1,11 +1,10 @@
 //! Section `[integration]`: from accelerations to the state of the next step.
 
 use messages::CONTROL_PERIOD_S;
+use ranges::{OutOfRange, Range};
 use serde::Deserialize;
 use wholebody::observer::YawSource;
 use wholebody::{FeedbackRates, Integration, SoleYieldSettings};
-
-use crate::settings::{ControllerError, wrong};
 
 /// Which state a step starts from, and how much of what is measured is in it. All but `mode` counts in feedback only.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -91,28 +90,22 @@ const DELAY_MAX_TICKS: u32 = 100;
 
 impl IntegrationSettings {
     /// Is every number one that can be?
-    pub(crate) fn check(&self) -> Result<(), ControllerError> {
-        let within = |key: &'static str, found: f64, allowed: std::ops::RangeInclusive<f64>, expected: &'static str| {
-            // False for what is not a number.
-            if allowed.contains(&found) { Ok(()) } else { Err(wrong(key, found, expected)) }
-        };
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         // A rate of one per control period takes over 63 % at once.
-        let rates = 0.0..=1.0 / CONTROL_PERIOD_S;
-        for (key, found) in [
-            ("integration.base_pose_rate_per_s", self.base_pose_rate_per_s),
-            ("integration.base_twist_rate_per_s", self.base_twist_rate_per_s),
-            ("integration.joint_rate_per_s", self.joint_rate_per_s),
-        ] {
-            within(key, found, rates.clone(), "0 to 200")?;
-        }
-        let delay = f64::from(self.measurement_delay_ticks);
-        within("integration.measurement_delay_ticks", delay, 0.0..=f64::from(DELAY_MAX_TICKS), "0 to 100")?;
-        within("integration.gyro_bias_time_s", self.gyro_bias_time_s, 0.1..=1e6, "0.1 to 1e6")?;
-        within("integration.velocity_time_s", self.velocity_time_s, 0.0..=1.0, "0 to 1")?;
-        within("integration.sole_yield", self.sole_yield, 0.0..=1.0, "0 to 1")?;
-        within("integration.sole_yield_time_s", self.sole_yield_time_s, 0.0..=1.0, "0 to 1")?;
-        within("integration.distance_max_m", self.distance_max_m, 0.001..=1.0, "0.001 to 1")?;
-        within("integration.distance_max_rad", self.distance_max_rad, 0.001..=1.0, "0.001 to 1")
+        let rate = Range::between(0.0, 1.0 / CONTROL_PERIOD_S);
+        rate.demand("integration.base_pose_rate_per_s", self.base_pose_rate_per_s, "2 to 20 is useful")?;
+        rate.demand("integration.base_twist_rate_per_s", self.base_twist_rate_per_s, "2 to 20 is useful")?;
+        rate.demand("integration.joint_rate_per_s", self.joint_rate_per_s, "0 for drives that follow positions")?;
+        let delay = Range::between(0.0, f64::from(DELAY_MAX_TICKS));
+        let ticks = f64::from(self.measurement_delay_ticks);
+        delay.demand("integration.measurement_delay_ticks", ticks, "the age of what the robot measures")?;
+        Range::between(0.1, 1e6).demand("integration.gyro_bias_time_s", self.gyro_bias_time_s, "1 to 20 is useful")?;
+        let (part, time, distance) = (Range::between(0.0, 1.0), Range::between(0.0, 1.0), Range::between(0.001, 1.0));
+        time.demand("integration.velocity_time_s", self.velocity_time_s, "0.01 is usual, 0 is none")?;
+        part.demand("integration.sole_yield", self.sole_yield, "0.5 is usual, 0 is none")?;
+        time.demand("integration.sole_yield_time_s", self.sole_yield_time_s, "0.03 is usual, 0 is none")?;
+        distance.demand("integration.distance_max_m", self.distance_max_m, "0.1 is usual")?;
+        distance.demand("integration.distance_max_rad", self.distance_max_rad, "0.3 is usual")
     }
 
     pub(crate) fn integration(&self) -> Integration {
@@ -177,12 +170,15 @@ mod tests {
             with(field, most).expect(key);
             for wrong in [least - 1e-6, most * 1.001, f64::NAN, f64::INFINITY] {
                 let said = with(field, wrong).expect_err(key).to_string();
-                assert!(said.contains(&format!("`{key}` is {wrong}")), "{said}");
+                assert!(said.contains(&format!("`{key}` is {}", ranges::number(wrong))), "{said}");
             }
         }
         let late = |ticks| IntegrationSettings { measurement_delay_ticks: ticks, ..Default::default() }.check();
         late(100).expect("half a second");
         let said = late(101).expect_err("more").to_string();
-        assert!(said.contains("`integration.measurement_delay_ticks` is 101, must be 0 to 100"), "{said}");
+        assert!(
+            said.contains("`integration.measurement_delay_ticks` is 101, must be at least 0 and at most 100"),
+            "{said}"
+        );
     }
 }

@@ -76,7 +76,7 @@ impl Program for Control {
                     output.summary.worst.map_or(0.0, |worst| f64::from(worst.limit.code())),
                     output.summary.worst.map_or(0.0, |worst| worst.index as f64),
                     output.summary.worst.map_or(0.0, |worst| worst.amount),
-                    output.summary.by_reserve as f64,
+                    output.summary.by_backup as f64,
                     output.summary.base_distance_m,
                     output.summary.base_distance_rad,
                     output.summary.feet_disagreement_m,
@@ -96,8 +96,8 @@ impl Control {
         if let (0, Some(worst)) = (before.relaxed, &now.worst) {
             tracing::warn!("tick {tick}: limits exclude each other, gave way: {}", self.0.describe(worst));
         }
-        if before.by_reserve == 0 && now.by_reserve > 0 {
-            tracing::warn!("tick {tick}: the solver has no answer, the reserve is asked");
+        if before.by_backup == 0 && now.by_backup > 0 {
+            tracing::warn!("tick {tick}: the solver has no answer, the backup is asked");
         }
         if before.held == 0 && now.held > 0 {
             let outcome = self.0.whole_body().report().solver_status;

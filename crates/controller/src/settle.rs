@@ -9,12 +9,11 @@
 //! Forces count as *shares* of what both feet measure, which a sensor that is a few percent off hardly changes; their sum has to be about
 //! the weight.
 
+use ranges::{OutOfRange, Range};
 use serde::Deserialize;
 use spatial::{Mat3, Vec3, so3};
 use std::collections::VecDeque;
 use std::fmt;
-
-use crate::settings::{ControllerError, positive, wrong};
 
 /// What counts as standing still.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -55,37 +54,28 @@ impl Default for SettleSettings {
 
 /// Longest window (s): its samples are kept.
 const WINDOW_MAX_S: f64 = 10.0;
-/// Longest time to be waited for (s): eleven days.
-const TIME_MAX_S: f64 = 1e6;
-/// Longest lead (ticks): ten seconds.
-const LEAD_MAX_TICKS: u32 = 2000;
+/// A day (s).
+const TIME_MAX_S: f64 = 86_400.0;
+/// From the decision to time zero (ticks), at most ten seconds. Who hears of the start at its own tick has already begun the next one.
+const LEAD_TICKS: Range = Range::between(1.0, 2000.0);
 
 impl SettleSettings {
     /// Can the robot ever stand so still?
-    pub(crate) fn check(&self, period_s: f64) -> Result<(), ControllerError> {
-        for (key, found) in [
-            ("settle.base_speed_max_m_per_s", self.base_speed_max_m_per_s),
-            ("settle.base_rate_max_deg_per_s", self.base_rate_max_deg_per_s),
-            ("settle.load_share_error_max", self.load_share_error_max),
-            ("settle.weight_error_max", self.weight_error_max),
+    pub(crate) fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
+        for (key, found, most) in [
+            ("settle.base_speed_max_m_per_s", self.base_speed_max_m_per_s, 10.0),
+            ("settle.base_rate_max_deg_per_s", self.base_rate_max_deg_per_s, 360.0),
+            ("settle.load_share_error_max", self.load_share_error_max, 1.0),
+            ("settle.weight_error_max", self.weight_error_max, 1.0),
         ] {
-            positive(key, found)?;
+            Range::above_zero_to(most).demand(key, found, "larger than the noise of the sensors over the window")?;
         }
-        // The comparisons are false for what is not a number.
-        if !(2.0 * period_s..=WINDOW_MAX_S).contains(&self.window_s) {
-            return Err(wrong("settle.window_s", self.window_s, "two control periods (0.01) to 10"));
-        }
-        if !(0.0..=TIME_MAX_S).contains(&self.duration_s) {
-            return Err(wrong("settle.duration_s", self.duration_s, "0 to 1e6"));
-        }
-        if !(self.time_max_s > self.window_s + self.duration_s && self.time_max_s <= TIME_MAX_S) {
-            return Err(wrong("settle.time_max_s", self.time_max_s, "longer than window_s + duration_s, at most 1e6"));
-        }
-        // Who hears of the start at its own tick has already begun the next one.
-        if !(1..=LEAD_MAX_TICKS).contains(&self.lead_ticks) {
-            return Err(wrong("settle.lead_ticks", f64::from(self.lead_ticks), "1 to 2000"));
-        }
-        Ok(())
+        let window = Range::between(2.0 * period_s, WINDOW_MAX_S);
+        window.demand("settle.window_s", self.window_s, "two control periods at least; 0.6 is usual")?;
+        Range::between(0.0, TIME_MAX_S).demand("settle.duration_s", self.duration_s, "half a second is usual")?;
+        let time = Range::between((self.window_s + self.duration_s).next_up(), 2.0 * TIME_MAX_S);
+        time.demand("settle.time_max_s", self.time_max_s, "longer than window_s and duration_s together")?;
+        LEAD_TICKS.demand("settle.lead_ticks", f64::from(self.lead_ticks), "20 is usual")
     }
 }
 

@@ -106,8 +106,8 @@ pub struct Summary {
     pub relaxed: u64,
     /// Steps without a usable solution, so far.
     pub held: u64,
-    /// Steps that the reserve solver answered, for the first had no answer; so far.
-    pub by_reserve: u64,
+    /// Steps that the backup solver answered, for the first had no answer; so far.
+    pub by_backup: u64,
     /// Ticks whose deformation was missing or older than allowed, so far.
     pub deformation_missing: u64,
     /// Ticks whose robot state had a number that is not finite, so far.
@@ -346,7 +346,7 @@ impl ControllerProcess {
             self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
             self.summary.held += u64::from(held);
             self.summary.solved += u64::from(report.status == StepStatus::Solved);
-            self.summary.by_reserve += u64::from(report.answered_by == AnsweredBy::Reserve);
+            self.summary.by_backup += u64::from(report.answered_by == AnsweredBy::Backup);
             let relaxed = if report.status == StepStatus::Relaxed { report.relaxed.as_slice() } else { &[] };
             let order = &self.whole_body.settings().relaxation;
             for gave_way in relaxed.iter().map(|relaxed| GaveWay::new(relaxed, order)) {

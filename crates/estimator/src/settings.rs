@@ -1,5 +1,6 @@
 //! The estimator's configuration.
 
+use ranges::{OutOfRange, Range};
 use serde::Deserialize;
 use soles::SoleChoice;
 use std::path::PathBuf;
@@ -66,38 +67,26 @@ pub enum EstimatorError {
     /// Its soles.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
-    /// A number is not what it should be.
-    #[error("{field} = {value}: expected {expected}")]
-    Value {
-        /// Key in the configuration.
-        field: &'static str,
-        /// What was found.
-        value: f64,
-        /// What was expected.
-        expected: &'static str,
-    },
+    /// A setting cannot be.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
 }
 
 impl EstimatorSettings {
     /// Checks what the types cannot say.
     ///
     /// # Errors
-    /// [`EstimatorError::Value`].
-    pub fn check(&self) -> Result<(), EstimatorError> {
-        let refuse = |field, value, expected| Err(EstimatorError::Value { field, value, expected });
-        if !(self.touch_down_force_n > 0.0 && self.touch_down_force_n.is_finite()) {
-            return refuse("touch_down_force_n", self.touch_down_force_n, "a positive force in newtons");
-        }
-        if !(self.solver.tolerance > 0.0 && self.solver.tolerance < 1.0) {
-            return refuse("solver.tolerance", self.solver.tolerance, "more than 0 and less than 1");
-        }
-        if self.solver.iterations_max == 0 {
-            return refuse("solver.iterations_max", 0.0, "at least 1");
-        }
+    /// [`OutOfRange`] with the key.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let force = Range::above_zero_to(100.0);
+        force.demand("touch_down_force_n", self.touch_down_force_n, "a ten-thousandth of the weight is usual")?;
+        let SolverSettings { tolerance, iterations_max, continuation_iterations_max, .. } = self.solver;
+        Range::between(1e-14, 1e-3).demand("solver.tolerance", tolerance, "1e-9 is usual")?;
+        Range::between(1.0, 1000.0).demand("solver.iterations_max", iterations_max as f64, "30 is usual")?;
+        let continuation = Range::between(0.0, 1e5);
+        continuation.demand("solver.continuation_iterations_max", continuation_iterations_max as f64, "0 is never")?;
         let work = self.solver.real_time_megamultiplications_max;
-        if !(work > 0.0 && work < 1e6) {
-            return refuse("solver.real_time_megamultiplications_max", work, "more than 0 and less than 1e6");
-        }
-        Ok(())
+        Range::above_zero_to(1e5).demand("solver.real_time_megamultiplications_max", work, "8 are some 2.5 ms")?;
+        self.sole.check()
     }
 }

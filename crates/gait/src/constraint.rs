@@ -94,8 +94,8 @@ impl Outline {
     /// The rectangle of a foot, shrunk by `margin_m` on each side.
     pub fn new(settings: &GaitSettings, side: Side, margin_m: f64) -> Self {
         let sole = &settings.sole;
-        let [ankle_x, ankle_y] = [sole.left_ankle_in_sole_m[0], side.sign() * sole.left_ankle_in_sole_m[1]];
-        let (length, width) = (sole.length_m / 2.0 - margin_m, sole.width_m / 2.0 - margin_m);
+        let [ankle_x, ankle_y] = [sole.left_ankle_in_sole_m()[0], side.sign() * sole.left_ankle_in_sole_m()[1]];
+        let (length, width) = (sole.length_m() / 2.0 - margin_m, sole.width_m() / 2.0 - margin_m);
         Self { x: [-length - ankle_x, length - ankle_x], y: [-width - ankle_y, width - ankle_y] }
     }
 

@@ -61,18 +61,18 @@ impl Forms {
     /// Composite Gauss-Legendre with `rule` on each of [`panels`].
     pub fn new(basis: &Basis, body: &BodySettings, rule: &[(f64, f64)]) -> Self {
         let mut forms = Self { com_force: Form::zeros(), ankle_torque: Form::zeros(), zmp_acceleration: Form::zeros() };
-        let weight_n = body.mass_kg * body.gravity_m_per_s2;
+        let weight_n = body.mass_kg() * body.gravity_m_per_s2;
         let panels = panels(basis);
         let width = basis.duration_s / panels as f64;
         for panel in 0..panels {
             for (node, gauss) in rule {
                 let (t, w) = (width * (panel as f64 + node), width * gauss);
-                let force = basis.com(t)[2] * body.mass_kg;
+                let force = basis.com(t)[2] * body.mass_kg();
                 add_square(&mut forms.com_force, &force, w);
                 // Ga = F z_a - M g (p_a - p_Z), times the foot's share; the share multiplies the ZMP before the division.
                 if basis.transfer == Transfer::Single {
                     let lever = unit(ANKLE_2) - basis.zmp(t)[0];
-                    add_square(&mut forms.ankle_torque, &(force * body.ankle_height_m - lever * weight_n), w);
+                    add_square(&mut forms.ankle_torque, &(force * body.ankle_height_m() - lever * weight_n), w);
                     continue;
                 }
                 let k = basis.share(t)[0];
@@ -80,7 +80,7 @@ impl Forms {
                 let lever_1 = (unit(ANKLE_1) - zmp_1[0]) * (1.0 - k);
                 let lever_2 = unit(ANKLE_2) * k - (zmp_1[0] * k - (zmp_1[0] - zmp));
                 for (share, lever) in [(1.0 - k, lever_1), (k, lever_2)] {
-                    let torque = force * (share * body.ankle_height_m) - lever * weight_n;
+                    let torque = force * (share * body.ankle_height_m()) - lever * weight_n;
                     add_square(&mut forms.ankle_torque, &torque, 0.5 * w);
                 }
                 add_square(&mut forms.zmp_acceleration, &zmp_1[2], w);

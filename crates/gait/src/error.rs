@@ -1,30 +1,14 @@
 use crate::constraint::RowLabel;
 use pattern::Side;
 use qp::Status;
+use ranges::OutOfRange;
 
 /// Why there is no plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GaitError {
-    /// A setting lies outside its range.
-    #[error("{field} = {}: {remedy}", short(*.value))]
-    Setting {
-        /// Table and key.
-        field: &'static str,
-        /// What was found.
-        value: f64,
-        /// What to do.
-        remedy: &'static str,
-    },
-    /// A list of durations has neither no element nor one per phase.
-    #[error("{field} has {found} numbers for {expected} phases: give all of them or none")]
-    Durations {
-        /// Table and key.
-        field: &'static str,
-        /// Length of the list.
-        found: usize,
-        /// Number of phases.
-        expected: usize,
-    },
+    /// A setting lies outside its range, or does not fit another one.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// The walk has more polynomials than can be planned in one go: plan it in parts, or more coarsely.
     #[error(
         "the walk has {phases} polynomials with {samples} samples each: at most {} polynomials and {} samples in all are planned in one go",
@@ -36,26 +20,6 @@ pub enum GaitError {
         phases: usize,
         /// Samples of each.
         samples: u32,
-    },
-    /// The margin leaves no place for the ZMP: reduce it below half of the sole's smaller side.
-    #[error(
-        "limits.zmp_margin_m = {margin_m} m empties the support polygon, whose smaller half-size is {half_size_m} m"
-    )]
-    EmptyPolygon {
-        /// The margin.
-        margin_m: f64,
-        /// Half of the smaller side of the sole.
-        half_size_m: f64,
-    },
-    /// The margin excludes the point under the ankle, where the feet's ZMPs are at start and stop: reduce it, or move the sole.
-    #[error(
-        "limits.zmp_margin_m = {margin_m} m excludes the ankle, which stands only {room_m:.6} m from the edge of the sole"
-    )]
-    AnkleOutsidePolygon {
-        /// The margin.
-        margin_m: f64,
-        /// Distance of the ankle from the nearest edge.
-        room_m: f64,
     },
     /// Two landings of the same foot follow each other: alternate them.
     #[error("step {step} moves the {foot:?} foot, which has just landed: feet must alternate")]
@@ -110,12 +74,6 @@ pub enum GaitError {
         /// How far from optimal.
         residual: f64,
     },
-}
-
-/// Without three hundred zeros.
-fn short(value: f64) -> String {
-    let readable = value == 0.0 || (1e-6..1e12).contains(&value.abs());
-    if readable { value.to_string() } else { format!("{value:e}") }
 }
 
 fn list(conflict: &[RowLabel]) -> String {

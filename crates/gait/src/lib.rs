@@ -120,9 +120,9 @@ mod layout;
 mod plan;
 mod problem;
 pub mod quadrature;
-mod ranges;
 mod route;
 mod settings;
+mod validate;
 
 pub use check::{CheckReport, LegClearance, LegReach, Quantity, RodLegs, TightestReach, Worst, ankle_pose, check};
 pub use constraint::{RowLabel, ZmpOf};
@@ -130,9 +130,9 @@ pub use cost::CostTerms;
 pub use error::GaitError;
 pub use plan::{Plan, PlanReport, ProgramReport, plan};
 pub use problem::PatternProblem;
-pub use ranges::{PHASES_MAX, SAMPLES_MAX};
 pub use route::{Footstep, Route};
 pub use settings::{
     BodySettings, CostSettings, DiscretisationSettings, GaitSettings, Landing, LimitSettings, SoleOutline,
     SolverSettings, StartSettings, SwingSettings, TimingSettings, Walk,
 };
+pub use validate::{PHASES_MAX, SAMPLES_MAX};

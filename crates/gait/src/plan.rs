@@ -166,13 +166,13 @@ impl PatternProblem {
             .map(|(i, (piece, u))| self.phase(i, piece, u, &footholds))
             .collect();
         let body = &self.settings.body;
-        let [x, y] = self.settings.sole.left_ankle_in_sole_m;
+        let [x, y] = self.settings.sole.left_ankle_in_sole_m();
         let pattern = WalkPattern {
             version: PATTERN_VERSION,
-            mass_kg: body.mass_kg,
+            mass_kg: body.mass_kg(),
             gravity_m_per_s2: body.gravity_m_per_s2,
             com_height_m: body.com_height_m,
-            ankle_height_m: body.ankle_height_m,
+            ankle_height_m: body.ankle_height_m(),
             ankle_in_sole_m: [[x, y], [x, -y]],
             phases,
         };

@@ -83,7 +83,7 @@ impl PatternProblem {
             })
             .collect();
         // One centimetre between ankle and ZMP, for a second, costs about 1.
-        let objective_scale = (body.mass_kg * body.gravity_m_per_s2 * LENGTH_SCALE_M).powi(-2);
+        let objective_scale = (body.mass_kg() * body.gravity_m_per_s2 * LENGTH_SCALE_M).powi(-2);
         let mut assemblies: Vec<_> = layout.unknowns[..if layout.coupled { 1 } else { 2 }]
             .iter()
             .map(|unknowns| Assembly::new(*unknowns, layout.pieces.len()))

@@ -1,4 +1,4 @@
-//! A gait configuration: what a person writes, with its units. Its ranges are in the module `ranges`.
+//! A gait configuration: what a person writes, with its units. What each number may be is in the module `validate`.
 
 use pattern::Side;
 use serde::{Deserialize, Serialize};
@@ -30,41 +30,76 @@ pub struct GaitSettings {
     pub solver: SolverSettings,
 }
 
-/// Cart-table model, equation (8) and the ankle torques of (6).
+/// Cart-table model, equation (8) and the ankle torques of (6). What is not given here is the robot's: the planner fills it in. Without a
+/// robot it is HRP-4's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BodySettings {
-    /// `M` (kg): scales forces and torques.
-    pub mass_kg: f64,
+    /// `M` (kg), see [`mass_kg`](Self::mass_kg).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
     /// `g` (m/s^2).
     pub gravity_m_per_s2: f64,
     /// `z_COM` (m) above the ground, sole included: the pendulum's frequency is `sqrt(g / z_COM)`.
     pub com_height_m: f64,
-    /// `z_a` (m): height of the ankle above the ground, sole included.
-    pub ankle_height_m: f64,
+    /// `z_a` (m), see [`ankle_height_m`](Self::ankle_height_m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ankle_height_m: Option<f64>,
 }
 
 impl Default for BodySettings {
     fn default() -> Self {
-        Self { mass_kg: 39.0, gravity_m_per_s2: 9.81, com_height_m: 0.790, ankle_height_m: 0.103 }
+        Self { mass_kg: None, gravity_m_per_s2: 9.81, com_height_m: 0.790, ankle_height_m: None }
     }
 }
 
-/// Rectangle of the sole and where the ankle stands on it. The right sole is the mirror image of the left one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct SoleOutline {
-    /// Along x (m).
-    pub length_m: f64,
-    /// Along y (m).
-    pub width_m: f64,
-    /// Projection of the left ankle in the sole frame, whose origin is the centre of the sole (m).
-    pub left_ankle_in_sole_m: [f64; 2],
+impl BodySettings {
+    /// `M` (kg): scales forces and torques.
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.mass_kg.unwrap_or(39.0)
+    }
+
+    /// `z_a` (m): height of the ankle above the ground, sole included.
+    #[must_use]
+    pub fn ankle_height_m(&self) -> f64 {
+        self.ankle_height_m.unwrap_or(0.103)
+    }
 }
 
-impl Default for SoleOutline {
-    fn default() -> Self {
-        Self { length_m: 0.23, width_m: 0.13, left_ankle_in_sole_m: [-0.015, -0.011] }
+/// Rectangle of the sole and where the ankle stands on it. The right sole is the mirror image of the left one. What is not given here is the
+/// robot's: the planner fills it in. Without a robot it is HRP-4's.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SoleOutline {
+    /// See [`length_m`](Self::length_m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
+    /// See [`width_m`](Self::width_m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width_m: Option<f64>,
+    /// See [`left_ankle_in_sole_m`](Self::left_ankle_in_sole_m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left_ankle_in_sole_m: Option<[f64; 2]>,
+}
+
+impl SoleOutline {
+    /// Along x (m).
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        self.length_m.unwrap_or(0.23)
+    }
+
+    /// Along y (m).
+    #[must_use]
+    pub fn width_m(&self) -> f64 {
+        self.width_m.unwrap_or(0.13)
+    }
+
+    /// Projection of the left ankle in the sole frame, whose origin is the centre of the sole (m).
+    #[must_use]
+    pub fn left_ankle_in_sole_m(&self) -> [f64; 2] {
+        self.left_ankle_in_sole_m.unwrap_or([-0.015, -0.011])
     }
 }
 

@@ -47,7 +47,7 @@ pub struct PlannerOutput {
 pub fn plan(settings: &PlannerSettings) -> Result<PlannerOutput, PlannerError> {
     let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
     settings.check(&robot)?;
-    let gait = settings.gait_of(&robot);
+    let gait = settings.gait_of(&robot).map_err(NotWalkable::Legs)?;
     if gait.phases() > MAX_PHASES {
         return Err(PatternRefused::TooLong { found: gait.phases() }.into());
     }

@@ -1,10 +1,13 @@
 //! The planner's configuration.
 
 use gait::{GaitError, GaitSettings};
+use ranges::{OutOfRange, Range};
 use robot::{Robot, RobotError};
 use serde::Deserialize;
 use soles::SoleChoice;
 use std::path::PathBuf;
+
+use crate::reach::{LegsError, RobotLegs};
 
 /// `config/planner.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -55,7 +58,7 @@ pub enum PlannerError {
     Robot(#[from] RobotError),
     /// Configuration and robot disagree: the forces would be planned for another foot.
     #[error(
-        "gait.{field} = {found}, but {} says {expected:.6}: change one of them", .file.display()
+        "gait.{field} = {found}, but {} says {expected:.6}: remove the key, or change one of them", .file.display()
     )]
     Disagreement {
         /// Key in the planner's configuration.
@@ -70,15 +73,9 @@ pub enum PlannerError {
     /// The walk cannot be planned.
     #[error("{}", in_full(.0))]
     Gait(#[from] GaitError),
-    /// A limit that is none.
-    #[error("constraint_violation_max_m = {0}: expected 0 to 0.1 m")]
-    ConstraintViolationMax(f64),
-    /// A limit that is none.
-    #[error("sole_tilt_max_deg = {0}: expected 0 to 90 degrees")]
-    SoleTiltMax(f64),
-    /// A limit that is none.
-    #[error("sole_compression_max = {0}: expected 0 to 1, a part of the thickness")]
-    SoleCompressionMax(f64),
+    /// A setting cannot be.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// The soles cannot be built.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
@@ -92,42 +89,43 @@ pub enum PlannerError {
 
 /// A wrong setting with its full key, anything else as it is.
 fn in_full(error: &GaitError) -> String {
-    use GaitError::{AnkleOutsidePolygon, Durations, EmptyPolygon, Setting};
-    let begins_with_a_key =
-        matches!(error, Setting { .. } | Durations { .. } | EmptyPolygon { .. } | AnkleOutsidePolygon { .. });
-    if begins_with_a_key { format!("gait.{error}") } else { format!("gait: {error}") }
+    match error {
+        GaitError::Setting(setting) => setting.clone().under("gait").to_string(),
+        other => format!("gait: {other}"),
+    }
 }
 
 /// Lengths that agree to this are the same (m): figures in files have at most six digits.
 const SAME_LENGTH_M: f64 = 1e-6;
+/// The links of a robot sum up to its mass with the rounding of as many numbers: it is taken to the gram.
+const GRAMS_PER_KG: f64 = 1e3;
 /// By how much less the gait may count on than a mesh carries (m): round soles carry no round figures, people write whole millimetres.
 const ROUNDED_DOWN_M: f64 = 1e-3;
 
 impl PlannerSettings {
-    /// Does the gait's foot agree with the robot's?
+    /// Is every number one that can be, and does what the gait says of the robot's foot agree with the robot?
     pub(crate) fn check(&self, robot: &Robot) -> Result<(), PlannerError> {
-        if !(0.0..=0.1).contains(&self.constraint_violation_max_m) {
-            return Err(PlannerError::ConstraintViolationMax(self.constraint_violation_max_m));
-        }
-        if !(0.0..=90.0).contains(&self.sole_tilt_max_deg) {
-            return Err(PlannerError::SoleTiltMax(self.sole_tilt_max_deg));
-        }
-        if !(0.0..=1.0).contains(&self.sole_compression_max) {
-            return Err(PlannerError::SoleCompressionMax(self.sole_compression_max));
-        }
+        let violation = Range::between(0.0, 0.1);
+        violation.demand("constraint_violation_max_m", self.constraint_violation_max_m, "0.001 is usual")?;
+        let doubtful = "linear elasticity is doubtful from the default on";
+        Range::between(0.0, 90.0).demand("sole_tilt_max_deg", self.sole_tilt_max_deg, doubtful)?;
+        Range::between(0.0, 1.0).demand("sole_compression_max", self.sole_compression_max, doubtful)?;
+        self.sole.check()?;
         let file = robot.sole_file.clone();
         let [length_m, width_m] = robot.sole_outline().carrying_m;
         let ankle = robot.sole.foot.ankle_in_sole_m;
         let gait = &self.gait;
         let less_m = if robot.sole_mesh.is_some() { ROUNDED_DOWN_M } else { 0.0 };
+        let ankle_in_sole_m = |axis: usize| gait.sole.left_ankle_in_sole_m.map(|ankle| ankle[axis]);
         let pairs = [
             ("body.ankle_height_m", gait.body.ankle_height_m, ankle[2], 0.0),
-            ("sole.left_ankle_in_sole_m[0]", gait.sole.left_ankle_in_sole_m[0], ankle[0], 0.0),
-            ("sole.left_ankle_in_sole_m[1]", gait.sole.left_ankle_in_sole_m[1], ankle[1], 0.0),
+            ("sole.left_ankle_in_sole_m[0]", ankle_in_sole_m(0), ankle[0], 0.0),
+            ("sole.left_ankle_in_sole_m[1]", ankle_in_sole_m(1), ankle[1], 0.0),
             ("sole.length_m", gait.sole.length_m, length_m, less_m),
             ("sole.width_m", gait.sole.width_m, width_m, less_m),
         ];
-        for (field, found, expected, less_m) in pairs {
+        for (field, given, expected, less_m) in pairs {
+            let Some(found) = given else { continue };
             // A value that is not a number is in no range.
             let same = (expected - less_m - SAME_LENGTH_M..=expected + SAME_LENGTH_M).contains(&found);
             if !same {
@@ -137,15 +135,26 @@ impl PlannerSettings {
         Ok(())
     }
 
-    /// The walk for this robot: where its soles reach farther than the rectangles it counts on, as round ones do, the feet keep their
-    /// distance between the soles and not only between the rectangles.
-    pub(crate) fn gait_of(&self, robot: &Robot) -> GaitSettings {
+    /// The walk for this robot: mass, ankles and soles are the robot's where nothing else is given. Where its soles reach farther than the
+    /// rectangles it counts on, as round ones do, the feet keep their distance between the soles and not only between the rectangles.
+    pub(crate) fn gait_of(&self, robot: &Robot) -> Result<GaitSettings, LegsError> {
         let mut gait = self.gait.clone();
-        let [length_m, width_m, _] = robot.sole_outline().size_m;
-        let [beyond_x_m, beyond_y_m] = [0.5 * (length_m - gait.sole.length_m), 0.5 * (width_m - gait.sole.width_m)];
+        if gait.body.mass_kg.is_none() {
+            let mass_kg = RobotLegs::new(robot)?.mass_kg();
+            gait.body.mass_kg = Some((mass_kg * GRAMS_PER_KG).round() / GRAMS_PER_KG);
+        }
+        let [x_m, y_m, z_m] = robot.sole.foot.ankle_in_sole_m;
+        let outline = robot.sole_outline();
+        let [carrying_length_m, carrying_width_m] = outline.carrying_m;
+        gait.body.ankle_height_m.get_or_insert(z_m);
+        gait.sole.left_ankle_in_sole_m.get_or_insert([x_m, y_m]);
+        let counted_length_m = *gait.sole.length_m.get_or_insert(carrying_length_m);
+        let counted_width_m = *gait.sole.width_m.get_or_insert(carrying_width_m);
+        let [length_m, width_m, _] = outline.size_m;
+        let [beyond_x_m, beyond_y_m] = [0.5 * (length_m - counted_length_m), 0.5 * (width_m - counted_width_m)];
         // The inner edge of one sole, and the farthest corner of the other, which may be turned.
         gait.limits.feet_gap_min_m += beyond_y_m + beyond_x_m.hypot(beyond_y_m);
-        gait
+        Ok(gait)
     }
 }
 
@@ -165,14 +174,21 @@ mod tests {
     #[test]
     fn a_block_changes_nothing_and_round_soles_keep_their_own_distance() {
         let (settings, robot) = shipped(None);
-        assert_eq!(settings.gait_of(&robot), settings.gait);
+        let gait = settings.gait_of(&robot).expect("it has legs");
+        assert_eq!(gait.limits, settings.gait.limits);
+        let (body, sole) = (&gait.body, &gait.sole);
+        assert_eq!((body.mass_kg, body.ankle_height_m), (Some(39.0), Some(0.103)));
+        assert_eq!((sole.length_m, sole.width_m), (Some(0.23), Some(0.13)));
+        assert_eq!(sole.left_ankle_in_sole_m, Some([-0.015, -0.011]));
+        assert_eq!(settings.gait, GaitSettings::default(), "what ships says nothing of the robot");
         let (mut settings, robot) = shipped(Some("sole-rounded.toml"));
         let outline = robot.sole_outline();
         let [carrying_length_m, carrying_width_m] = outline.carrying_m;
         // What carries, and a millimetre less: at least both inner edges, counted from the rectangle that the gait knows.
         for (length_m, width_m) in [outline.carrying_m.into(), (carrying_length_m - 1e-3, carrying_width_m - 1e-3)] {
-            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (length_m, width_m);
-            let beyond_m = settings.gait_of(&robot).limits.feet_gap_min_m - settings.gait.limits.feet_gap_min_m;
+            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (Some(length_m), Some(width_m));
+            let beyond_m = settings.gait_of(&robot).expect("it has legs").limits.feet_gap_min_m
+                - settings.gait.limits.feet_gap_min_m;
             let edge_m = 0.5 * (outline.size_m[1] - width_m);
             let corner_m = edge_m.hypot(0.5 * (outline.size_m[0] - length_m));
             assert!((beyond_m - edge_m - corner_m).abs() < 1e-12 && beyond_m < 0.035, "{beyond_m}");
@@ -184,7 +200,7 @@ mod tests {
         let (mut settings, robot) = shipped(Some("sole-rounded.toml"));
         let [length_m, width_m] = robot.sole_outline().carrying_m;
         let mut with = |length_m: f64| {
-            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (length_m, width_m);
+            (settings.gait.sole.length_m, settings.gait.sole.width_m) = (Some(length_m), Some(width_m));
             settings.check(&robot)
         };
         assert!(with(length_m).is_ok() && with(length_m - 0.9e-3).is_ok());
@@ -193,7 +209,7 @@ mod tests {
             assert!(matches!(refused, Err(PlannerError::Disagreement { field: "sole.length_m", .. })), "{refused:?}");
         }
         let (mut settings, robot) = shipped(None);
-        settings.gait.sole.length_m = 0.2295;
+        settings.gait.sole.length_m = Some(0.2295);
         assert!(settings.check(&robot).is_err(), "a block has round figures");
     }
 }

@@ -9,11 +9,10 @@
 //! sinks it by 0.05 mm, and the implicit step makes the stiffness harmless. An exactly rigid contact would need a
 //! velocity-level complementarity problem that couples both feet, for a difference below that number.
 
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 use sole::Ground;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench, so3};
-
-use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// Four stiff corners.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -29,9 +28,12 @@ pub struct CornerSettings {
     pub tangential_stiffness_n_per_m: f64,
     /// `eta` (s): Kelvin-Voigt damping.
     pub viscosity_time_s: f64,
-    /// `mu`.
+    /// `mu`; that of the nominal sole, no file says it.
+    #[serde(skip)]
     pub friction: f64,
-    /// The ankle in the sole frame (m): where the foot link's origin is above the centre of the four corners.
+    /// The ankle in the sole frame (m): where the foot link's origin is above the centre of the four corners. That of the nominal sole, no
+    /// file says it.
+    #[serde(skip)]
     pub ankle_in_sole_m: [f64; 3],
 }
 
@@ -50,20 +52,21 @@ impl Default for CornerSettings {
 }
 
 impl CornerSettings {
-    pub(crate) fn check(&self, path: &str) -> Result<(), SettingsError> {
-        for (name, value) in [
-            ("half_length_m", self.half_length_m),
-            ("half_width_m", self.half_width_m),
-            ("normal_stiffness_n_per_m", self.normal_stiffness_n_per_m),
-            ("tangential_stiffness_n_per_m", self.tangential_stiffness_n_per_m),
-        ] {
-            positive(&format!("{path}.{name}"), value)?;
-        }
-        for (axis, value) in self.ankle_in_sole_m.into_iter().enumerate() {
-            in_range(&format!("{path}.ankle_in_sole_m[{axis}]"), value)?;
-        }
-        not_negative(&format!("{path}.viscosity_time_s"), self.viscosity_time_s)?;
-        not_negative(&format!("{path}.friction"), self.friction)
+    pub(crate) fn check(&self, path: &str) -> Result<(), OutOfRange> {
+        let key = |name: &str| format!("{path}.{name}");
+        let side_m = Range::above_zero_to(1.0);
+        side_m.demand(key("half_length_m"), self.half_length_m, "half of the foot, in metres")?;
+        side_m.demand(key("half_width_m"), self.half_width_m, "half of the foot, in metres")?;
+        let stiffness = Range::above_zero_to(1e9);
+        stiffness.demand(key("normal_stiffness_n_per_m"), self.normal_stiffness_n_per_m, "1e6 is nearly rigid")?;
+        stiffness.demand(
+            key("tangential_stiffness_n_per_m"),
+            self.tangential_stiffness_n_per_m,
+            "1e6 is nearly rigid",
+        )?;
+        Range::between(0.0, 1.0).demand(key("viscosity_time_s"), self.viscosity_time_s, "0.002 is usual")?;
+        Range::between(0.0, 1e3).demand(key("friction"), self.friction, "the sole's")?;
+        Range::within(1.0).demand_each(&key("ankle_in_sole_m"), &self.ankle_in_sole_m, "the sole's, in metres")
     }
 }
 

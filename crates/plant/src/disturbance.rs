@@ -1,8 +1,7 @@
 //! What pushes the robot.
 
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
-
-use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// A force on a point of a link during a window of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,14 +34,17 @@ impl Push {
         (overlap / step_s).clamp(0.0, 1.0)
     }
 
-    pub(crate) fn check(&self, index: usize) -> Result<(), SettingsError> {
-        positive(&format!("pushes[{index}].duration_s"), self.duration_s)?;
-        not_negative(&format!("pushes[{index}].start_s"), self.start_s)?;
-        for axis in 0..3 {
-            in_range(&format!("pushes[{index}].force_n[{axis}]"), self.force_n[axis])?;
-            in_range(&format!("pushes[{index}].point_in_link_m[{axis}]"), self.point_in_link_m[axis])?;
-        }
-        Ok(())
+    pub(crate) fn check(&self, index: usize) -> Result<(), OutOfRange> {
+        let key = |name: &str| format!("pushes[{index}].{name}");
+        let times = "seconds since time zero of the walk";
+        Range::above_zero_to(3600.0).demand(key("duration_s"), self.duration_s, "a tenth of a second is usual")?;
+        Range::between(0.0, 86_400.0).demand(key("start_s"), self.start_s, times)?;
+        Range::within(1e5).demand_each(&key("force_n"), &self.force_n, "some tens of newtons are usual")?;
+        Range::within(10.0).demand_each(
+            &key("point_in_link_m"),
+            &self.point_in_link_m,
+            "a point of the link, in metres",
+        )
     }
 }
 

@@ -1,11 +1,10 @@
 //! The floor the robot stands on.
 
 use nalgebra::Vector2;
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 use sole::Ground;
 use spatial::Vec3;
-
-use crate::settings::{SettingsError, in_range, not_negative, positive};
 
 /// The floor: its shape, and places with other friction.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -74,52 +73,54 @@ pub enum GroundShape {
     },
 }
 
+/// Farthest place of a floor (m): soft soles are computed up to there.
+const PLACE_M: Range = Range::within(1e5);
+/// Height of anything on a floor that is walked on (m).
+const HEIGHT_M: Range = Range::within(10.0);
+/// Steeper than a tangent of two nothing stands.
+const RISE: Range = Range::within(2.0);
+const LENGTH_M: Range = Range::between(1e-3, 1e4);
+
 impl GroundSettings {
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
         for (i, patch) in self.friction_patches.iter().enumerate() {
-            not_negative(&format!("ground.friction_patches[{i}].factor"), patch.factor)?;
-            for axis in 0..2 {
-                in_range(&format!("ground.friction_patches[{i}].lower_m[{axis}]"), patch.lower_m[axis])?;
-                in_range(&format!("ground.friction_patches[{i}].upper_m[{axis}]"), patch.upper_m[axis])?;
-            }
+            let key = |name: &str| format!("ground.friction_patches[{i}].{name}");
+            Range::between(0.0, 100.0).demand(key("factor"), patch.factor, "a factor on the sole's friction")?;
+            PLACE_M.demand_each(&key("lower_m"), &patch.lower_m, PLACE_REMEDY)?;
+            PLACE_M.demand_each(&key("upper_m"), &patch.upper_m, PLACE_REMEDY)?;
         }
         self.shape.check()
     }
 }
 
+const PLACE_REMEDY: &str = "a place near the walk, in metres";
+const HEIGHT_REMEDY: &str = "millimetres to centimetres are usual";
+
 impl GroundShape {
-    fn check(&self) -> Result<(), SettingsError> {
+    fn check(&self) -> Result<(), OutOfRange> {
         match self {
             Self::Flat => Ok(()),
             Self::Slope { rise_x, rise_y } => {
-                in_range("ground.shape.rise_x", *rise_x)?;
-                in_range("ground.shape.rise_y", *rise_y)
+                RISE.demand("ground.shape.rise_x", *rise_x, "dz/dx; 0.1 is steep")?;
+                RISE.demand("ground.shape.rise_y", *rise_y, "dz/dy; 0.1 is steep")
             }
             Self::Steps { start_x_m, tread_m, rise_m, .. } => {
-                in_range("ground.shape.start_x_m", *start_x_m)?;
-                in_range("ground.shape.rise_m", *rise_m)?;
-                positive("ground.shape.tread_m", *tread_m)
+                PLACE_M.demand("ground.shape.start_x_m", *start_x_m, PLACE_REMEDY)?;
+                HEIGHT_M.demand("ground.shape.rise_m", *rise_m, HEIGHT_REMEDY)?;
+                LENGTH_M.demand("ground.shape.tread_m", *tread_m, "the depth of a step")
             }
             Self::Bumps { height_m, length_m } => {
-                in_range("ground.shape.height_m", *height_m)?;
-                positive("ground.shape.length_m", *length_m)
+                HEIGHT_M.demand("ground.shape.height_m", *height_m, HEIGHT_REMEDY)?;
+                LENGTH_M.demand("ground.shape.length_m", *length_m, "the distance from crest to crest")
             }
             Self::HeightField { origin_m, spacing_m, columns, heights_m } => {
-                for (axis, value) in origin_m.iter().enumerate() {
-                    in_range(&format!("ground.shape.origin_m[{axis}]"), *value)?;
-                }
-                for (i, height_m) in heights_m.iter().enumerate() {
-                    in_range(&format!("ground.shape.heights_m[{i}]"), *height_m)?;
-                }
-                positive("ground.shape.spacing_m", *spacing_m)?;
-                positive("ground.shape.columns", *columns as f64)?;
-                let rows = heights_m.len() / columns;
-                if rows == 0 || rows * columns != heights_m.len() {
-                    return Err(SettingsError::HeightField {
-                        found: heights_m.len(),
-                        rows: rows.max(1),
-                        columns: *columns,
-                    });
+                PLACE_M.demand_each("ground.shape.origin_m", origin_m, PLACE_REMEDY)?;
+                HEIGHT_M.demand_each("ground.shape.heights_m", heights_m, HEIGHT_REMEDY)?;
+                LENGTH_M.demand("ground.shape.spacing_m", *spacing_m, "the distance of neighbouring points")?;
+                if *columns == 0 || heights_m.is_empty() || heights_m.len() % columns != 0 {
+                    let (found, expected) =
+                        (format!("a list of {}", heights_m.len()), format!("rows of {columns} each"));
+                    return Err(OutOfRange::new("ground.shape.heights_m", found, expected, "x runs first, row by row"));
                 }
                 Ok(())
             }

@@ -73,7 +73,7 @@ pub use fall::{Fall, FallReason};
 pub use foot::PlantSole;
 pub use plant::{Plant, PlantCommand, PlantError, PlantFrames};
 pub use sensor::PlantSensors;
-pub use settings::{PlantSettings, SettingsError};
+pub use settings::PlantSettings;
 pub use soles::{MESH_CELLS, PlantSoleLevel, PlantSoleSettings};
 pub use stabiliser::{FootPlan, Plan};
 pub use truth::{FootTruth, Integration, Truth};

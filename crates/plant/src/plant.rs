@@ -10,7 +10,7 @@ use crate::fall::{Fall, detect};
 use crate::foot::{Foot, PlantSole};
 use crate::sensor::{PlantSensors, SensorBank};
 use crate::servo::{Servo, UnknownDrive};
-use crate::settings::{PlantSettings, SettingsError};
+use crate::settings::PlantSettings;
 use crate::stabiliser::{Leg, Plan, Stabiliser, StabiliserReport};
 use crate::step::{AppliedForce, Scene, State, StepTime, Stepper};
 use crate::truth::{FootTruth, Integration, Truth, zero_moment_point};
@@ -45,7 +45,7 @@ pub struct PlantCommand {
 pub enum PlantError {
     /// A setting cannot be.
     #[error(transparent)]
-    Settings(#[from] SettingsError),
+    Settings(#[from] ranges::OutOfRange),
     /// A frame or joint is not in the model.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -8,11 +8,12 @@
 //! the orientation estimate, saturation, quantisation.
 
 use nalgebra::DVector;
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 use spatial::{Mat3, Vec3, Wrench, so3};
+use std::f64::consts::PI;
 
 use crate::noise::Noise;
-use crate::settings::{SettingsError, at_most, in_range, not_negative};
 
 /// Longest delay (ticks): its samples are kept.
 const DELAY_MAX_TICKS: usize = 1000;
@@ -55,37 +56,34 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        for (name, value) in [
-            ("joint_noise_rad", self.joint_noise_rad),
-            ("joint_rate_noise_rad_per_s", self.joint_rate_noise_rad_per_s),
-            ("acceleration_noise_m_per_s2", self.acceleration_noise_m_per_s2),
-            ("gyro_noise_rad_per_s", self.gyro_noise_rad_per_s),
-            ("orientation_noise_rad", self.orientation_noise_rad),
-            ("foot_force_noise_n", self.foot_force_noise_n),
-            ("foot_moment_noise_nm", self.foot_moment_noise_nm),
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+        const NOISE_REMEDY: &str = "a standard deviation per tick; 0 is exact";
+        for (name, value, most) in [
+            ("joint_noise_rad", self.joint_noise_rad, 1.0),
+            ("joint_rate_noise_rad_per_s", self.joint_rate_noise_rad_per_s, 100.0),
+            ("acceleration_noise_m_per_s2", self.acceleration_noise_m_per_s2, 1000.0),
+            ("gyro_noise_rad_per_s", self.gyro_noise_rad_per_s, 100.0),
+            ("orientation_noise_rad", self.orientation_noise_rad, 1.0),
+            ("foot_force_noise_n", self.foot_force_noise_n, 1e4),
+            ("foot_moment_noise_nm", self.foot_moment_noise_nm, 1e3),
         ] {
-            not_negative(&format!("sensors.{name}"), value)?;
+            Range::between(0.0, most).demand(format!("sensors.{name}"), value, NOISE_REMEDY)?;
         }
-        at_most("sensors.delay_ticks", self.delay_ticks as f64, DELAY_MAX_TICKS as f64)?;
-        let biases = [
-            ("acceleration_bias_m_per_s2", self.acceleration_bias_m_per_s2),
-            ("gyro_bias_rad_per_s", self.gyro_bias_rad_per_s),
-            ("orientation_bias_rad", self.orientation_bias_rad),
-            ("foot_force_bias_n[0]", self.foot_force_bias_n[0]),
-            ("foot_force_bias_n[1]", self.foot_force_bias_n[1]),
-            ("foot_moment_bias_nm[0]", self.foot_moment_bias_nm[0]),
-            ("foot_moment_bias_nm[1]", self.foot_moment_bias_nm[1]),
-        ];
-        for (name, bias) in biases {
-            for (axis, value) in bias.into_iter().enumerate() {
-                in_range(&format!("sensors.{name}[{axis}]"), value)?;
-            }
+        let delay = Range::between(0.0, DELAY_MAX_TICKS as f64);
+        delay.demand("sensors.delay_ticks", self.delay_ticks as f64, "some ticks at most are usual")?;
+        for (name, bias, size) in [
+            ("acceleration_bias_m_per_s2", self.acceleration_bias_m_per_s2, 1000.0),
+            ("gyro_bias_rad_per_s", self.gyro_bias_rad_per_s, 100.0),
+            ("orientation_bias_rad", self.orientation_bias_rad, PI),
+            ("foot_force_bias_n[0]", self.foot_force_bias_n[0], 1e4),
+            ("foot_force_bias_n[1]", self.foot_force_bias_n[1], 1e4),
+            ("foot_moment_bias_nm[0]", self.foot_moment_bias_nm[0], 1e3),
+            ("foot_moment_bias_nm[1]", self.foot_moment_bias_nm[1], 1e3),
+        ] {
+            Range::within(size).demand_each(&format!("sensors.{name}"), &bias, "a constant per axis; 0 is exact")?;
         }
-        for (axis, value) in self.foot_vertical_force_per_moment_n_per_nm.into_iter().enumerate() {
-            in_range(&format!("sensors.foot_vertical_force_per_moment_n_per_nm[{axis}]"), value)?;
-        }
-        Ok(())
+        let coupling = &self.foot_vertical_force_per_moment_n_per_nm;
+        Range::within(1e3).demand_each("sensors.foot_vertical_force_per_moment_n_per_nm", coupling, "0 is exact")
     }
 }
 

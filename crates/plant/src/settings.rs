@@ -1,8 +1,10 @@
 //! Everything that can be chosen about the simulated robot. Plain data with units in the names; [`PlantSettings::check`]
 //! names the first value that cannot be.
 
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
 use crate::disturbance::Push;
 use crate::ground::GroundSettings;
@@ -130,7 +132,7 @@ pub struct FallSettings {
 
 impl Default for FallSettings {
     fn default() -> Self {
-        Self { base_height_min_m: 0.5, tilt_max_rad: std::f64::consts::FRAC_PI_4, link_height_min_m: 0.05 }
+        Self { base_height_min_m: 0.5, tilt_max_rad: PI / 4.0, link_height_min_m: 0.05 }
     }
 }
 
@@ -152,185 +154,96 @@ impl Default for RestSettings {
     }
 }
 
-/// A setting that cannot be.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SettingsError {
-    /// A number that has to be positive is not, or is larger than anything here can be.
-    #[error("{field} has to be positive and at most {SETTING_MAX:e}, it is {value}")]
-    NotPositive {
-        /// Path of the field.
-        field: String,
-        /// What it was.
-        value: f64,
-    },
-    /// A number that may be zero but not less is negative, or larger than anything here can be.
-    #[error("{field} has to be zero or positive and at most {SETTING_MAX:e}, it is {value}")]
-    Negative {
-        /// Path of the field.
-        field: String,
-        /// What it was.
-        value: f64,
-    },
-    /// A number of either sign is not finite, or larger than anything here can be.
-    #[error("{field} has to lie between -{SETTING_MAX:e} and {SETTING_MAX:e}, it is {value}")]
-    NotInRange {
-        /// Path of the field.
-        field: String,
-        /// What it was.
-        value: f64,
-    },
-    /// A number is larger than its memory or time allow.
-    #[error("{field} has to be at most {largest}, it is {value}")]
-    TooLarge {
-        /// Path of the field.
-        field: String,
-        /// What it was.
-        value: f64,
-        /// Largest value.
-        largest: f64,
-    },
-    /// So many steps in a control period that a run would not end.
-    #[error("step.step_s = {step_s} s makes {steps:e} steps of a control period, at most {STEPS_MAX} are taken")]
-    StepTooShort {
-        /// Wanted step (s).
-        step_s: f64,
-        /// How many they would be.
-        steps: f64,
-    },
-    /// A control period that is no whole number of steps.
-    #[error(
-        "step.step_s = {step_s} s does not divide the control period of {period_s} s; {shorter_s} s and {longer_s} s do"
-    )]
-    StepDoesNotDivide {
-        /// Wanted step (s).
-        step_s: f64,
-        /// Control period (s).
-        period_s: f64,
-        /// The next shorter step that does (s).
-        shorter_s: f64,
-        /// The next longer one (s).
-        longer_s: f64,
-    },
-    /// A step longer than the control period.
-    #[error("step.step_s = {step_s} s is longer than the control period of {control_period_s} s")]
-    StepTooLong {
-        /// Wanted step (s).
-        step_s: f64,
-        /// Control period (s).
-        control_period_s: f64,
-    },
-    /// A height field whose table does not have the size it says.
-    #[error("ground.shape.heights_m has {found} values; {rows} rows of {columns} columns are expected")]
-    HeightField {
-        /// Number of values found.
-        found: usize,
-        /// Rows.
-        rows: usize,
-        /// Columns.
-        columns: usize,
-    },
-}
-
-/// Nothing that is set here, in SI units, is larger: stiff contacts have 1e8 N/m. Beyond it sums and products of settings would overflow.
-const SETTING_MAX: f64 = 1e9;
 /// Integration steps per control period: 5 microseconds each.
 const STEPS_MAX: f64 = 1000.0;
-/// Unbalanced force of a step (N).
-const FORCE_TOLERANCE_MAX_N: f64 = 0.1;
 /// How far a control period may be from a whole number of steps: digits that a file does not give.
 const WHOLE: f64 = 1e-6;
-/// Newton steps per integration step.
-const NEWTON_STEPS_MAX: f64 = 1000.0;
 
-pub(crate) fn positive(field: &str, value: f64) -> Result<(), SettingsError> {
-    if value > 0.0 && value <= SETTING_MAX {
-        return Ok(());
-    }
-    Err(SettingsError::NotPositive { field: field.to_owned(), value })
-}
-
-pub(crate) fn not_negative(field: &str, value: f64) -> Result<(), SettingsError> {
-    if (0.0..=SETTING_MAX).contains(&value) {
-        return Ok(());
-    }
-    Err(SettingsError::Negative { field: field.to_owned(), value })
-}
-
-/// Of either sign.
-pub(crate) fn in_range(field: &str, value: f64) -> Result<(), SettingsError> {
-    if value.abs() <= SETTING_MAX {
-        return Ok(());
-    }
-    Err(SettingsError::NotInRange { field: field.to_owned(), value })
-}
-
-pub(crate) fn at_most(field: &str, value: f64, largest: f64) -> Result<(), SettingsError> {
-    if value <= largest {
-        return Ok(());
-    }
-    Err(SettingsError::TooLarge { field: field.to_owned(), value, largest })
-}
+const STEP_S: Range = Range::above_zero_to(0.1);
+const FORCE_TOLERANCE_N: Range = Range::between(1e-12, 0.1);
+const NEWTON_STEPS: Range = Range::between(1.0, 1000.0);
+const VISCOSITY_TIME_S: Range = Range::between(0.0, 1.0);
+const CONTACT_TOLERANCE: Range = Range::between(1e-14, 1e-3);
 
 impl PlantSettings {
     /// Is every value one that can be?
     ///
     /// # Errors
     /// The first that is not, by name.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        let StepSettings { control_period_s, step_s, force_tolerance_n, newton_steps_max } = self.step;
-        positive("step.control_period_s", control_period_s)?;
-        positive("step.step_s", step_s)?;
-        positive("step.force_tolerance_n", force_tolerance_n)?;
-        at_most("step.force_tolerance_n", force_tolerance_n, FORCE_TOLERANCE_MAX_N)?;
-        positive("step.newton_steps_max", newton_steps_max as f64)?;
-        at_most("step.newton_steps_max", newton_steps_max as f64, NEWTON_STEPS_MAX)?;
-        if step_s > control_period_s {
-            return Err(SettingsError::StepTooLong { step_s, control_period_s });
-        }
-        let steps = control_period_s / step_s;
-        if steps > STEPS_MAX {
-            return Err(SettingsError::StepTooShort { step_s, steps });
-        }
-        if (steps - steps.round()).abs() > WHOLE {
-            let (shorter_s, longer_s) = (control_period_s / steps.ceil(), control_period_s / steps.floor());
-            return Err(SettingsError::StepDoesNotDivide { step_s, period_s: control_period_s, shorter_s, longer_s });
-        }
-        not_negative("contact.viscosity_time_s", self.contact.viscosity_time_s)?;
-        positive("contact.tolerance", self.contact.tolerance)?;
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        self.step.check()?;
+        let ContactSettings { viscosity_time_s, tolerance } = self.contact;
+        VISCOSITY_TIME_S.demand("contact.viscosity_time_s", viscosity_time_s, "0.005 to 0.05 is plausible for foam")?;
+        CONTACT_TOLERANCE.demand("contact.tolerance", tolerance, "1e-9 is usual")?;
         self.servo.default.check("servo.default")?;
         for (name, drive) in &self.servo.joints {
             drive.check(&format!("servo.joints.{name}"))?;
         }
         self.sensors.check()?;
         self.stabiliser.check()?;
-        positive("fall.base_height_min_m", self.fall.base_height_min_m)?;
-        positive("fall.tilt_max_rad", self.fall.tilt_max_rad)?;
-        positive("fall.link_height_min_m", self.fall.link_height_min_m)?;
-        positive("rest.base_speed_max_m_per_s", self.rest.base_speed_max_m_per_s)?;
-        positive("rest.base_rate_max_rad_per_s", self.rest.base_rate_max_rad_per_s)?;
-        not_negative("rest.duration_s", self.rest.duration_s)?;
+        self.fall.check()?;
+        self.rest.check()?;
         self.ground.check()?;
-        for (i, push) in self.pushes.iter().enumerate() {
-            push.check(i)?;
+        self.pushes.iter().enumerate().try_for_each(|(i, push)| push.check(i))
+    }
+}
+
+impl StepSettings {
+    fn check(&self) -> Result<(), OutOfRange> {
+        let Self { control_period_s, step_s, force_tolerance_n, newton_steps_max } = *self;
+        STEP_S.demand("step.control_period_s", control_period_s, "0.005 is usual")?;
+        let steps = Range::between(control_period_s / STEPS_MAX, control_period_s);
+        steps.demand("step.step_s", step_s, "a fifth of the control period is usual")?;
+        let count = control_period_s / step_s;
+        if (count - count.round()).abs() > WHOLE {
+            let [shorter_s, longer_s] = [count.ceil(), count.floor()].map(|whole| control_period_s / whole);
+            let expected = format!("a whole part of the control period, as {shorter_s} or {longer_s}");
+            return Err(OutOfRange::new("step.step_s", step_s, expected, "a fifth of the control period is usual"));
         }
-        Ok(())
+        FORCE_TOLERANCE_N.demand("step.force_tolerance_n", force_tolerance_n, "1e-9 to 0.1 is useful")?;
+        NEWTON_STEPS.demand("step.newton_steps_max", newton_steps_max as f64, "12 is usual")
+    }
+}
+
+impl FallSettings {
+    fn check(&self) -> Result<(), OutOfRange> {
+        let height_m = Range::above_zero_to(10.0);
+        height_m.demand(
+            "fall.base_height_min_m",
+            self.base_height_min_m,
+            "two thirds of the standing height is usual",
+        )?;
+        Range::above_zero_to(PI).demand("fall.tilt_max_rad", self.tilt_max_rad, "an eighth of a turn is usual")?;
+        height_m.demand("fall.link_height_min_m", self.link_height_min_m, "some centimetres are usual")
+    }
+}
+
+impl RestSettings {
+    fn check(&self) -> Result<(), OutOfRange> {
+        let speed = Range::above_zero_to(10.0);
+        speed.demand("rest.base_speed_max_m_per_s", self.base_speed_max_m_per_s, "a millimetre per second is usual")?;
+        speed.demand("rest.base_rate_max_rad_per_s", self.base_rate_max_rad_per_s, "0.0035 is usual")?;
+        Range::between(0.0, 3600.0).demand("rest.duration_s", self.duration_s, "half a second is usual")
     }
 }
 
 impl DriveSettings {
-    fn check(&self, path: &str) -> Result<(), SettingsError> {
-        for (name, value) in [
-            ("stiffness_nm_per_rad", self.stiffness_nm_per_rad),
-            ("damping_nm_s_per_rad", self.damping_nm_s_per_rad),
-            ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2),
-            ("viscous_friction_nm_s_per_rad", self.viscous_friction_nm_s_per_rad),
-            ("coulomb_friction_nm", self.coulomb_friction_nm),
+    fn check(&self, path: &str) -> Result<(), OutOfRange> {
+        for (name, value, most) in [
+            ("stiffness_nm_per_rad", self.stiffness_nm_per_rad, 1e7),
+            ("damping_nm_s_per_rad", self.damping_nm_s_per_rad, 1e6),
+            ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2, 1e3),
+            ("viscous_friction_nm_s_per_rad", self.viscous_friction_nm_s_per_rad, 1e5),
+            ("coulomb_friction_nm", self.coulomb_friction_nm, 1e4),
         ] {
-            not_negative(&format!("{path}.{name}"), value)?;
+            Range::between(0.0, most).demand(format!("{path}.{name}"), value, DRIVE_REMEDY)?;
         }
-        positive(&format!("{path}.coulomb_speed_rad_per_s"), self.coulomb_speed_rad_per_s)
+        let speed = self.coulomb_speed_rad_per_s;
+        Range::above_zero_to(100.0).demand(format!("{path}.coulomb_speed_rad_per_s"), speed, "0.01 is usual")
     }
 }
+
+const DRIVE_REMEDY: &str = "the robot's own drives are in its robot.toml";
 
 #[cfg(test)]
 mod tests {
@@ -361,11 +274,11 @@ mod tests {
     fn what_cannot_be_is_named() {
         let wrong = |text: &str| toml::from_str::<PlantSettings>(text).unwrap().check().unwrap_err().to_string();
         assert!(wrong("[step]\nstep_s = 0.0").contains("step.step_s"));
-        assert!(wrong("[step]\nstep_s = 0.006").contains("longer than"));
+        assert!(wrong("[step]\nstep_s = 0.006").contains("at most 0.005"));
         let uneven = wrong("[step]\nstep_s = 0.004");
-        assert!(uneven.contains("step.step_s = 0.004") && uneven.contains("0.0025 s and 0.005 s do"), "{uneven}");
-        assert!(wrong("[step]\nstep_s = 0.002").contains("does not divide"));
-        assert!(wrong("[step]\nforce_tolerance_n = 1.0").contains("step.force_tolerance_n has to be at most 0.1"));
+        assert!(uneven.contains("`step.step_s` is 0.004") && uneven.contains("0.0025 or 0.005"), "{uneven}");
+        assert!(wrong("[step]\nstep_s = 0.002").contains("a whole part of the control period"));
+        assert!(wrong("[step]\nforce_tolerance_n = 1.0").contains("`step.force_tolerance_n` is 1, must be"));
         assert!(wrong("[contact]\nviscosity_time_s = -1.0").contains("contact.viscosity_time_s"));
         assert!(
             wrong("[servo.joints.L_KNEE_P]\nstiffness_nm_per_rad = nan").contains("servo.joints.L_KNEE_P.stiffness")
@@ -377,7 +290,7 @@ mod tests {
                 .contains("pushes[0]")
         );
         let field = "[ground.shape]\nkind = \"height-field\"\norigin_m = [0.0, 0.0]\nspacing_m = 0.1\ncolumns = 3\nheights_m = [0.0, 0.0]";
-        assert!(wrong(field).contains("heights_m has 2"));
+        assert!(wrong(field).contains("heights_m` is a list of 2"));
     }
 
     #[test]

@@ -3,13 +3,13 @@
 //! The simulator must not be the estimator's mirror image. Its sole is the same foam, but solved on its own finer mesh, with viscosity
 //! (see [`crate::settings::ContactSettings`]) and, where a run asks for it, with other constants than the estimator believes in.
 
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 use sole::{Level, MeshSource, SoleError, SoleModel};
 use spatial::Vec3;
 
 use crate::corners::CornerSettings;
 use crate::foot::PlantSole;
-use crate::settings::{SettingsError, not_negative, positive};
 
 /// How the plant's sole is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -75,16 +75,21 @@ impl PlantSoleSettings {
     ///
     /// # Errors
     /// The first that is not, by name.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        positive("sole.young_modulus_factor", self.young_modulus_factor)?;
-        not_negative("sole.friction_factor", self.friction_factor)?;
-        positive("sole.thickness_factor", self.thickness_factor)?;
-        for (i, cells) in self.mesh_cells.iter().flatten().enumerate() {
-            positive(&format!("sole.mesh_cells[{i}]"), *cells as f64)?;
-        }
-        for (i, cells) in self.patch_cells.iter().enumerate() {
-            positive(&format!("sole.patch_cells[{i}]"), *cells as f64)?;
-        }
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let factor = "a stated error of the estimator's model: 0.5 to 2 is plausible";
+        Range::between(0.01, 100.0).demand("sole.young_modulus_factor", self.young_modulus_factor, factor)?;
+        Range::between(0.0, 100.0).demand("sole.friction_factor", self.friction_factor, factor)?;
+        Range::between(0.1, 10.0).demand("sole.thickness_factor", self.thickness_factor, factor)?;
+        let cells = |key: &str, cells: &[usize], remedy| {
+            let cells: Vec<f64> = cells.iter().map(|count| *count as f64).collect();
+            Range::between(1.0, 1000.0).demand_each(key, &cells, remedy)
+        };
+        cells(
+            "sole.mesh_cells",
+            &self.mesh_cells.unwrap_or(MESH_CELLS),
+            "two or more through the thickness are usual",
+        )?;
+        cells("sole.patch_cells", &self.patch_cells, "8 by 7 is usual")?;
         self.rigid.check("sole.rigid")
     }
 

@@ -190,6 +190,5 @@ pub(crate) fn sole(path: &Path, sole: &SoleDescription) -> Result<(), RobotError
     file.range("material.young_modulus_pa", sole.material.young_modulus_pa, FOAM)?;
     file.range("material.poisson_ratio", sole.material.poisson_ratio, COMPRESSIBLE)?;
     sole.foot.ankle_in_sole_m.iter().try_for_each(|x| file.range("foot.ankle_in_sole_m", *x, BESIDE_THE_SOLE))?;
-    file.range("foot.ankle_in_sole_m[2]", sole.foot.ankle_in_sole_m[2], ABOVE_THE_GROUND)?;
-    file.range("solver.tolerance", sole.solver.tolerance, POSITIVE)
+    file.range("foot.ankle_in_sole_m[2]", sole.foot.ankle_in_sole_m[2], ABOVE_THE_GROUND)
 }

@@ -132,17 +132,9 @@ pub enum SoleLevel {
 }
 
 /// How it is computed where nothing else is said.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverDescription {
     /// How much of the sole is modelled.
     pub level: SoleLevel,
-    /// Scaled residual at which a solution is accepted by `soleus-inspect sole`; the processes have their own in their configurations.
-    pub tolerance: f64,
-}
-
-impl Default for SolverDescription {
-    fn default() -> Self {
-        Self { level: SoleLevel::Fem, tolerance: 1e-10 }
-    }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::{ConfigError, Origin, Problem};
 use crate::locate::{inline_tables, line_at, line_of};
+use crate::retired;
 use crate::setting::Setting;
 use serde::de::DeserializeOwned;
 use serde_path_to_error::Segment;
@@ -141,7 +142,10 @@ impl Config {
             if kind == "field" && key.last() != Some(&found) {
                 key.push(found.clone());
             }
-            Problem::Unknown { nearest: nearest(&found, &known), known }
+            match retired::advice(&key.join(".")) {
+                Some(advice) => Problem::Retired { advice },
+                None => Problem::Unknown { nearest: nearest(&found, &known), known },
+            }
         } else if let Some(name) = message.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
             key.push(name.to_string());
             Problem::Missing

@@ -37,6 +37,11 @@ pub enum Problem {
         /// All known names.
         known: Vec<String>,
     },
+    /// It was a name once.
+    Retired {
+        /// What has become of it, and what to do.
+        advice: &'static str,
+    },
     /// It must be there and is not.
     Missing,
     /// Its value is not what it should be.
@@ -52,6 +57,7 @@ impl fmt::Display for Problem {
             Self::Unknown { nearest: Some(nearest), .. } => write!(f, "unknown; did you mean `{nearest}`?"),
             Self::Unknown { nearest: None, known } if known.is_empty() => write!(f, "unknown; no key is allowed here"),
             Self::Unknown { nearest: None, known } => write!(f, "unknown; known here: {}", known.join(", ")),
+            Self::Retired { advice } => write!(f, "no longer a key: {advice}"),
             Self::Missing => write!(f, "missing; the configuration that ships documents it, copy it from there"),
             Self::Invalid { reason } => f.write_str(reason),
         }

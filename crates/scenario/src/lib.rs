@@ -30,6 +30,7 @@
 mod config;
 mod error;
 mod locate;
+mod retired;
 mod scenario;
 mod setting;
 

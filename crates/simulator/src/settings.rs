@@ -3,6 +3,7 @@
 use multibody::Model;
 use plant::settings::DriveSettings;
 use plant::{PlantFrames, PlantSettings, PlantSoleSettings};
+use ranges::{OutOfRange, Range};
 use robot::Robot;
 use robot_model::{RobotModelError, leg_joints};
 use serde::Deserialize;
@@ -76,30 +77,19 @@ pub enum SimulatorError {
         /// The description of the sole.
         file: PathBuf,
     },
-    /// A time that cannot be waited for.
-    #[error("run.{field} has to be zero or positive and at most {RUN_MAX_S:e}, it is {found}")]
-    RunTime {
-        /// Key in the section `run`.
-        field: &'static str,
-        /// What it says (s).
-        found: f64,
-    },
-    /// A setting of the plant.
-    #[error("plant.{0}")]
-    PlantSettings(#[source] plant::SettingsError),
+    /// A setting cannot be.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
     /// Its soles.
     #[error(transparent)]
     Soles(#[from] soles::SolesError),
-    /// A setting of the plant's soles.
-    #[error(transparent)]
-    Settings(#[from] plant::SettingsError),
     /// The plant.
     #[error("plant: {0}")]
     Plant(#[from] plant::PlantError),
 }
 
-/// Longest time to be waited for (s): eleven days.
-const RUN_MAX_S: f64 = 1e6;
+/// A day (s).
+const WAIT_S: Range = Range::between(0.0, 86_400.0);
 
 /// Names of what the plant must know.
 pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
@@ -115,17 +105,12 @@ pub(crate) fn frames(robot: &Robot) -> Result<PlantFrames, RobotModelError> {
 
 impl SimulatorSettings {
     /// Is every value one that can be?
-    pub(crate) fn check(&self) -> Result<(), SimulatorError> {
-        for (field, found) in
-            [("after_walk_s", self.run.after_walk_s), ("settle_time_max_s", self.run.settle_time_max_s)]
-        {
-            if !(0.0..=RUN_MAX_S).contains(&found) {
-                return Err(SimulatorError::RunTime { field, found });
-            }
-        }
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+        WAIT_S.demand("run.after_walk_s", self.run.after_walk_s, "a second is usual")?;
+        let settle = "longer than the controller's settle.time_max_s";
+        WAIT_S.demand("run.settle_time_max_s", self.run.settle_time_max_s, settle)?;
         self.sole.check()?;
-        self.plant.check().map_err(SimulatorError::PlantSettings)?;
-        Ok(())
+        self.plant.check().map_err(|wrong| wrong.under("plant"))
     }
 
     /// Does the stabiliser, if there is one, keep to what the sole carries?

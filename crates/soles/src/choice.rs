@@ -1,5 +1,6 @@
 //! What a process may replace in `sole.toml`.
 
+use ranges::{OutOfRange, Range};
 use robot::{FRICTION_MAX, SoleLevel};
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -31,20 +32,19 @@ impl SoleChoice {
     /// Is every number one that can be?
     ///
     /// # Errors
-    /// [`SolesError::Choice`] with the key.
-    pub fn check(&self) -> Result<(), SolesError> {
-        if let Some(found) = self.friction.filter(|mu| !(0.0..=FRICTION_MAX).contains(mu)) {
-            return Err(SolesError::Choice {
-                key: "sole.friction",
-                found,
-                expected: "0 to 10 (dry rubber has about 1)",
-            });
+    /// [`OutOfRange`] with the key below `sole`.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        if let Some(mu) = self.friction {
+            Range::between(0.0, FRICTION_MAX).demand("sole.friction", mu, "dry rubber has about 1")?;
         }
-        let found = self.young_modulus_factor;
-        if !(found > 0.0 && found.is_finite()) {
-            return Err(SolesError::Choice { key: "sole.young_modulus_factor", found, expected: "a positive number" });
-        }
-        Ok(())
+        let factor = Range::between(0.01, 100.0);
+        factor.demand("sole.young_modulus_factor", self.young_modulus_factor, "0.5 to 2 is plausible")?;
+        let cells = |key: &str, cells: &[u32]| {
+            let cells: Vec<f64> = cells.iter().copied().map(f64::from).collect();
+            Range::between(1.0, 1000.0).demand_each(key, &cells, "some tens at most are usual")
+        };
+        cells("sole.cells", self.cells.as_ref().map_or(&[][..], |cells| &cells[..]))?;
+        cells("sole.patch_cells", &self.patch_cells)
     }
 }
 
@@ -60,15 +60,8 @@ pub enum SolesError {
         source: sole::SoleError,
     },
     /// A number in the process's configuration cannot be.
-    #[error("{key} = {found}, expected {expected}")]
-    Choice {
-        /// Key in the process's configuration.
-        key: &'static str,
-        /// What it says.
-        found: f64,
-        /// What it should say.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Choice(#[from] OutOfRange),
     /// The levels `rigid` and `lumped` have no contact points of the mesh. Remedy: another level, or one coefficient.
     #[error(
         "{}: friction is a list, one value per contact point: the levels rigid and lumped have none; choose sole.level patches, \
@@ -117,15 +110,17 @@ mod tests {
         }
         for mu in [-0.1, 10.1, 1e6, f64::INFINITY, f64::NAN] {
             let error = SoleChoice { friction: Some(mu), ..SoleChoice::default() }.check().expect_err("no friction");
-            assert_eq!(error.to_string(), format!("sole.friction = {mu}, expected 0 to 10 (dry rubber has about 1)"));
+            let said = format!("`sole.friction` is {}, must be at least 0 and at most 10: ", ranges::number(mu));
+            assert!(error.to_string().starts_with(&said), "{error}");
         }
-        for young_modulus_factor in [0.0, -1.0, f64::INFINITY, f64::NAN] {
-            let choice = SoleChoice { young_modulus_factor, ..SoleChoice::default() };
-            let error = choice.check().expect_err("no foam").to_string();
-            assert!(
-                error.starts_with("sole.young_modulus_factor = ") && error.ends_with("a positive number"),
-                "{error}"
-            );
+        for young_modulus_factor in [0.0, -1.0, 1e-9, 1e9, f64::INFINITY, f64::NAN] {
+            let error = SoleChoice { young_modulus_factor, ..SoleChoice::default() }.check().expect_err("no foam");
+            assert_eq!(error.key, "sole.young_modulus_factor");
         }
+        let error = SoleChoice { patch_cells: [8, 0], ..SoleChoice::default() }.check().expect_err("no cells");
+        assert_eq!(error.key, "sole.patch_cells[1]");
+        let error =
+            SoleChoice { cells: Some([12, 4_000_000, 3]), ..SoleChoice::default() }.check().expect_err("too many");
+        assert_eq!(error.key, "sole.cells[1]");
     }
 }

@@ -153,7 +153,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("sole.toml");
         let tail = "[mesh]\nbox_m = [0.23, 0.13, 0.021]\ncells = [3, 2, 2]\n[material]\nyoung_modulus_pa = 0.32e6\npoisson_ratio = 0.31\n\
-                    [foot]\nankle_in_sole_m = [-0.015, -0.011, 0.103]\n[solver]\nlevel = \"fem\"\ntolerance = 1e-10\n";
+                    [foot]\nankle_in_sole_m = [-0.015, -0.011, 0.103]\n[solver]\nlevel = \"fem\"\n";
         std::fs::write(&file, format!("{head}\n{tail}")).expect("a file");
         let hrp4 = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../robots/hrp4");
         (folder, Robot::load_on(&hrp4, Some(&file)).expect("a robot"))

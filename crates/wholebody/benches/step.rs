@@ -30,8 +30,8 @@ use std::path::{Path, PathBuf};
 use support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
 use wholebody::observer::{BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
 use wholebody::{
-    Backend, FeedbackRates, Integration, LoadedSole, SoleYield, SoleYieldSettings, StateIntegrator, StepStatus,
-    Timings, WholeBody, WholeBodySettings,
+    Backend, FeedbackRates, Integration, LoadedSole, SoleYield, SoleYieldSettings, SolverSettings, StateIntegrator,
+    StepStatus, Timings, WholeBody, WholeBodySettings,
 };
 
 /// Repeats of each walk.
@@ -260,7 +260,8 @@ fn main() {
         );
     }
     for tolerance in [1e-6, 1e-8] {
-        let settings = WholeBodySettings { backend: Backend::Interior { tolerance }, ..base.clone() };
+        let solver = SolverSettings { backend: Backend::Interior, interior_tolerance: tolerance, ..base.solver };
+        let settings = WholeBodySettings { solver, ..base.clone() };
         let name = format!("HRP-4 walking, Clarabel {tolerance:e}");
         show(&name, model.nv(), &run(&model, &settings, &plan, Some(&reference.torques)), yardstick_us);
     }

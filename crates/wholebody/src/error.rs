@@ -1,5 +1,5 @@
-use crate::settings::Limit;
 use multibody::ModelError;
+use ranges::OutOfRange;
 use thiserror::Error;
 
 /// Model and settings do not fit together.
@@ -25,22 +25,7 @@ pub enum WholeBodyError {
         /// The name.
         name: String,
     },
-    /// The order of giving way names a kind of limit twice.
-    #[error("whole-body settings: `relaxation.order` lists {limit} twice: keep the first")]
-    ListedTwice {
-        /// The kind.
-        limit: Limit,
-    },
-    /// A setting is outside of what has a meaning: change it as the remedy says.
-    #[error("whole-body settings: `{setting}` is {found}, must be {expected}: {remedy}")]
-    Setting {
-        /// The key as `controller.toml` or `robot.toml` spells it.
-        setting: String,
-        /// What was found.
-        found: f64,
-        /// What is allowed.
-        expected: String,
-        /// What is usual, or where to correct it.
-        remedy: &'static str,
-    },
+    /// A setting is outside of what has a meaning, or does not fit another one.
+    #[error(transparent)]
+    Setting(#[from] OutOfRange),
 }

@@ -14,8 +14,8 @@
 //!    | – | dynamics, pushing-only contacts | none | physics: never |
 //!
 //!    No torque beyond the motor's own limit is ever sent.
-//! 2. **Out of iterations, or a numerical failure**: the reserve, a solver that shares no code with the first, takes the same
-//!    program (by default Clarabel, which allocates then), and the first one starts cold at the next step. If the reserve finds
+//! 2. **Out of iterations, or a numerical failure**: the backup, a solver that shares no code with the first, takes the same
+//!    program (by default Clarabel, which allocates then), and the first one starts cold at the next step. If the backup finds
 //!    the program infeasible, the ladder goes on with rung 1.
 //! 3. **No solution** after [`ATTEMPTS_MAX`] attempts, or neither solver has one: joints are brought to rest with the
 //!    deceleration they can count on, the last torques and wrenches are kept. From a state that is not a number nothing
@@ -95,16 +95,16 @@ pub fn solve(
     StepStatus::Held
 }
 
-/// One attempt: the first solver's answer, or the reserve's when the first has none.
+/// One attempt: the first solver's answer, or the backup's when the first has none.
 fn answer(formulation: &mut Formulation, report: &mut StepReport) -> Status {
     let Formulation { problem, solvers, .. } = formulation;
     if report.answered_by == AnsweredBy::Solver {
         note(report, solvers.solve(problem));
         let has_answer = report.solver_status.has_solution() || report.solver_status == Status::Infeasible;
-        if has_answer || !solvers.switch_to_reserve(problem) {
+        if has_answer || !solvers.switch_to_backup(problem) {
             return report.solver_status;
         }
-        report.answered_by = AnsweredBy::Reserve;
+        report.answered_by = AnsweredBy::Backup;
     }
     note(report, solvers.solve(problem));
     report.solver_status

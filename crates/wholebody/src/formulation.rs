@@ -22,7 +22,7 @@ pub(crate) struct Formulation {
 impl Formulation {
     pub fn new(layout: Layout, settings: &WholeBodySettings) -> Self {
         let size = layout.size();
-        let solvers = Solvers::new(size, settings);
+        let solvers = Solvers::new(size, &settings.solver);
         let mut problem = Problem::new(size);
         for foot in layout.standing() {
             let (first, row) = (layout.force(foot), layout.load(foot));

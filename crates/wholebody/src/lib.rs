@@ -119,8 +119,8 @@ pub use report::{
     Timings,
 };
 pub use settings::{
-    Backend, ConstraintSettings, FootSettings, Gains, Limit, PostureJoint, RelaxationSettings, SoleRectangle,
-    TaskSettings, WholeBodySettings,
+    Backend, Backup, ConstraintSettings, FootSettings, Gains, Limit, MomentumSettings, PostureJoint,
+    RelaxationSettings, SoleFace, SolverSettings, TaskSettings, WholeBodySettings,
 };
 pub use sole_yield::{LoadedSole, SoleYield, SoleYieldSettings};
 pub use step::{Clock, WholeBody};

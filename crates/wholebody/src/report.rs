@@ -22,11 +22,11 @@ pub enum StepStatus {
 /// Which solver gave the last answer of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AnsweredBy {
-    /// [`WholeBodySettings::backend`](crate::WholeBodySettings::backend).
+    /// [`SolverSettings::backend`](crate::SolverSettings::backend).
     #[default]
     Solver,
-    /// [`WholeBodySettings::reserve`](crate::WholeBodySettings::reserve), for the first ran out of iterations or failed.
-    Reserve,
+    /// [`SolverSettings::backup`](crate::SolverSettings::backup), for the first ran out of iterations or failed.
+    Backup,
 }
 
 /// The objectives of a step.

@@ -1,23 +1,37 @@
-//! What a person may tune, as plain data. Every field names the formula it enters.
+//! What a person may tune, as plain data: the tables `[tasks]`, `[constraints]`, `[collision]`, `[relaxation]` and `[solver]` of the
+//! controller's configuration. Every field names the formula it enters; the module `validate` says what it may be. Fields marked *robot's*
+//! come from the robot's folder: no key sets them.
 
 use crate::collision::CollisionSettings;
+use serde::Deserialize;
 use spatial::Vec3;
 
 /// Weight and stiffness of a task `a_des = a_ref + kd (v_ref - v) + kp (x_ref - x)` with critical damping `kd = 2 sqrt(kp)`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Gains {
     /// alpha in `alpha |E|²`. Ratios matter, not values.
     pub weight: f64,
     /// kp (1/s²). Useful: up to about `0.1 / dt²`.
-    pub stiffness: f64,
+    pub stiffness_per_s2: f64,
 }
 
 impl Gains {
     /// kd = 2 sqrt(kp) (1/s).
     #[must_use]
     pub fn damping(&self) -> f64 {
-        2.0 * self.stiffness.sqrt()
+        2.0 * self.stiffness_per_s2.sqrt()
     }
+}
+
+/// Weight of the angular momentum about the centre of mass, and how fast it shall vanish: `h' = -rate h`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MomentumSettings {
+    /// alpha per (N m)²; 0 = no such objective.
+    pub weight: f64,
+    /// Rate of decay (1/s). Useful: 1 to 20; limited to `0.5 / dt`.
+    pub rate_per_s: f64,
 }
 
 /// One foot.
@@ -31,11 +45,13 @@ pub struct FootSettings {
 
 /// The undeformed sole's bottom face, centred at the sole frame's origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SoleRectangle {
+pub struct SoleFace {
     /// Along x (m).
     pub length_m: f64,
     /// Along y (m).
     pub width_m: f64,
+    /// Coulomb friction between it and the ground.
+    pub friction: f64,
 }
 
 /// A joint's posture: where it shall be, and how strongly.
@@ -48,7 +64,8 @@ pub struct PostureJoint {
 }
 
 /// Weights and stiffnesses of the tasks.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct TaskSettings {
     /// Position of a swinging ankle.
     pub swing_position: Gains,
@@ -71,52 +88,55 @@ pub struct TaskSettings {
     /// `alpha |f|²` on the intensities along the cones' generators (per N²). At least 1e-5: below, an intensity is known
     /// only to some newtons.
     pub intensity_damping: f64,
-    /// Optional: momentum about the centre of mass shall follow its reference. Stiffness acts on the momentum itself
-    /// (1/s), weight per (N m)².
-    pub angular_momentum: Option<Gains>,
-    /// Optional: `alpha |tau|²`, least joint torques (per (N m)²).
-    pub torque_weight: Option<f64>,
+    /// Angular momentum about the centre of mass towards zero.
+    pub angular_momentum: MomentumSettings,
+    /// `alpha |tau|²`, least joint torques (per (N m)²); 0 = no such objective.
+    pub torque_weight: f64,
 }
 
 impl Default for TaskSettings {
     fn default() -> Self {
         Self {
-            swing_position: Gains { weight: 1e5, stiffness: 5000.0 },
-            swing_orientation: Gains { weight: 1e4, stiffness: 4e4 },
-            com: Gains { weight: 1e4, stiffness: 150.0 },
+            swing_position: Gains { weight: 1e5, stiffness_per_s2: 5000.0 },
+            swing_orientation: Gains { weight: 1e4, stiffness_per_s2: 4e4 },
+            com: Gains { weight: 1e4, stiffness_per_s2: 150.0 },
             com_height_factor: 0.1,
-            torso: Gains { weight: 200.0, stiffness: 100.0 },
-            posture: Gains { weight: 10.0, stiffness: 100.0 },
-            leg_posture: Gains { weight: 1e-2, stiffness: 100.0 },
+            torso: Gains { weight: 200.0, stiffness_per_s2: 100.0 },
+            posture: Gains { weight: 10.0, stiffness_per_s2: 100.0 },
+            leg_posture: Gains { weight: 1e-2, stiffness_per_s2: 100.0 },
             wrench_weight: 1e-3,
             wrench_lever_m: 0.065,
             intensity_damping: 1e-5,
-            angular_momentum: None,
-            torque_weight: None,
+            angular_momentum: MomentumSettings { weight: 0.0, rate_per_s: 10.0 },
+            torque_weight: 0.0,
         }
     }
 }
 
 /// Limits of contacts and joints.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct ConstraintSettings {
     /// Stance ankles follow the estimator: stiffness of position and orientation (1/s²), critical damping. Limited to
     /// `0.25 / dt²`, at which an error is gone in a few steps.
-    pub contact_position_stiffness: f64,
+    pub contact_position_stiffness_per_s2: f64,
     /// See above.
-    pub contact_orientation_stiffness: f64,
-    /// Coulomb friction between sole and ground.
-    pub friction: f64,
+    pub contact_orientation_stiffness_per_s2: f64,
+    /// Coulomb friction that the forces may use; by default the sole's own ([`SoleFace::friction`]).
+    pub friction: Option<f64>,
     /// Generators per contact point of the linearised cone: 4, 8 or 16.
     pub generators_per_point: usize,
     /// A foot whose planned share of the weight is k may carry `(k + min(k, margin)) M g`: it vanishes with k, so that no
     /// force jumps when a foot comes or goes.
     pub load_margin: f64,
-    /// Joint torques stay within this part of the robot's limits.
-    pub torque_fraction: f64,
-    /// Joint speeds stay within this part of the robot's limits.
-    pub velocity_fraction: f64,
-    /// Joint positions keep this distance from the robot's limits (rad).
+    /// Joint torques stay within this part of the robot's limits. *Robot's.*
+    #[serde(skip)]
+    pub torque_factor: f64,
+    /// Joint speeds stay within this part of the robot's limits. *Robot's.*
+    #[serde(skip)]
+    pub velocity_factor: f64,
+    /// Joint positions keep this distance from the robot's limits (rad). *Robot's.*
+    #[serde(skip)]
     pub position_margin_rad: f64,
     /// Deceleration on which a joint can count when it approaches a limit (rad/s²): it may go as fast as it can still stop
     /// with it. Useful: 20 to 200.
@@ -128,13 +148,13 @@ pub struct ConstraintSettings {
 impl Default for ConstraintSettings {
     fn default() -> Self {
         Self {
-            contact_position_stiffness: 5000.0,
-            contact_orientation_stiffness: 4e4,
-            friction: 0.65,
+            contact_position_stiffness_per_s2: 5000.0,
+            contact_orientation_stiffness_per_s2: 4e4,
+            friction: None,
             generators_per_point: 4,
             load_margin: 0.15,
-            torque_fraction: 1.0,
-            velocity_fraction: 0.5,
+            torque_factor: 1.0,
+            velocity_factor: 0.5,
             position_margin_rad: 0.01,
             braking_rad_per_s2: 60.0,
             acceleration_max_rad_per_s2: 1000.0,
@@ -143,7 +163,8 @@ impl Default for ConstraintSettings {
 }
 
 /// A kind of limit that may give way when limits exclude each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Limit {
     /// Load that a foot may carry.
     Load,
@@ -177,7 +198,8 @@ impl Limit {
 
 /// What gives way when limits exclude each other, in which order and how far at most, all re-solves of a step together. An
 /// allowance of zero keeps a limit whatever comes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct RelaxationSettings {
     /// First gives way first; a kind that is not listed never does.
     pub order: Vec<Limit>,
@@ -188,7 +210,7 @@ pub struct RelaxationSettings {
     /// Acceleration of a joint beyond its bound (rad/s²); times the period it is the excess of speed.
     pub joint_motion_rad_per_s2: f64,
     /// Torques give way up to this part of the motor's limit, 0 to 1; no effect below
-    /// [`ConstraintSettings::torque_fraction`].
+    /// [`ConstraintSettings::torque_factor`].
     pub torque_factor: f64,
     /// Acceleration by which a stance ankle may leave its target (m/s², rad/s²).
     pub contact_m_per_s2: f64,
@@ -216,20 +238,58 @@ impl RelaxationSettings {
 }
 
 /// Which solver takes the steps.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Backend {
     /// Own warm-started dual active set: no allocation, exact vertices.
-    #[default]
     ActiveSet,
-    /// Clarabel with data updates, at this tolerance; allocates.
-    Interior {
-        /// Clarabel's tolerances.
-        tolerance: f64,
-    },
+    /// Clarabel with data updates, at [`SolverSettings::interior_tolerance`]; allocates.
+    Interior,
 }
 
-/// Clarabel's tolerance as reserve: forces are then known to some hundredths of a newton.
-const RESERVE_TOLERANCE: f64 = 1e-9;
+/// Which solver takes a step when the first one runs out of iterations or fails numerically. It should be another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Backup {
+    /// As [`Backend::ActiveSet`].
+    ActiveSet,
+    /// As [`Backend::Interior`].
+    Interior,
+    /// None: the joints are brought to rest instead.
+    None,
+}
+
+impl Backup {
+    /// The solver, if there is one.
+    #[must_use]
+    pub fn backend(self) -> Option<Backend> {
+        match self {
+            Self::ActiveSet => Some(Backend::ActiveSet),
+            Self::Interior => Some(Backend::Interior),
+            Self::None => None,
+        }
+    }
+}
+
+/// Who solves, and for how long.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverSettings {
+    /// Takes the steps.
+    pub backend: Backend,
+    /// Stands in for it.
+    pub backup: Backup,
+    /// Clarabel's tolerances. At 1e-9 forces are known to some hundredths of a newton.
+    pub interior_tolerance: f64,
+    /// Changes of the active set after which the backup takes over.
+    pub iterations_max: usize,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self { backend: Backend::ActiveSet, backup: Backup::Interior, interior_tolerance: 1e-9, iterations_max: 300 }
+    }
+}
 
 /// Everything that [`WholeBody`](crate::WholeBody) needs beside the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -237,7 +297,7 @@ pub struct WholeBodySettings {
     /// Left, right.
     pub feet: [FootSettings; 2],
     /// Both soles.
-    pub sole: SoleRectangle,
+    pub sole: SoleFace,
     /// Link whose absolute orientation is controlled.
     pub torso_link: String,
     /// Joints that are not named stay at zero.
@@ -250,12 +310,8 @@ pub struct WholeBodySettings {
     pub collision: CollisionSettings,
     /// What gives way when limits exclude each other.
     pub relaxation: RelaxationSettings,
-    /// Solver.
-    pub backend: Backend,
-    /// Solver that takes a step when `backend` runs out of iterations or fails numerically. It should be another one.
-    pub reserve: Option<Backend>,
-    /// Changes of the active set after which the reserve takes over.
-    pub iterations_max: usize,
+    /// Solvers.
+    pub solver: SolverSettings,
 }
 
 impl WholeBodySettings {
@@ -268,16 +324,20 @@ impl WholeBodySettings {
         };
         Self {
             feet: [foot(ankle_links[0], 1.0), foot(ankle_links[1], -1.0)],
-            sole: SoleRectangle { length_m: 0.23, width_m: 0.13 },
+            sole: SoleFace { length_m: 0.23, width_m: 0.13, friction: 0.65 },
             torso_link: torso_link.to_owned(),
             posture: Vec::new(),
             tasks: TaskSettings::default(),
             constraints: ConstraintSettings::default(),
             collision: CollisionSettings::default(),
             relaxation: RelaxationSettings::default(),
-            backend: Backend::default(),
-            reserve: Some(Backend::Interior { tolerance: RESERVE_TOLERANCE }),
-            iterations_max: 300,
+            solver: SolverSettings::default(),
         }
+    }
+
+    /// Coulomb friction that the forces may use.
+    #[must_use]
+    pub fn friction(&self) -> f64 {
+        self.constraints.friction.unwrap_or(self.sole.friction)
     }
 }

@@ -1,27 +1,27 @@
-//! The solver of a step and the one that stands in for it.
+//! The solver of a step and its backup.
 
-use crate::settings::{Backend, WholeBodySettings};
+use crate::settings::{Backend, SolverSettings};
 use qp::dense::{Active, ActiveSet, ActiveSetSettings, Interior, InteriorSettings, Outcome, Problem, Size, Solver};
 
 type AnySolver = Box<dyn Solver + Send>;
 
-/// First solver and reserve for programs of one size.
+/// First solver and backup for programs of one size.
 pub(crate) struct Solvers {
     first: AnySolver,
-    reserve: Option<AnySolver>,
-    /// The reserve answers from here on, until the next step.
-    reserve_answers: bool,
+    backup: Option<AnySolver>,
+    /// The backup answers from here on, until the next step.
+    backup_answers: bool,
 }
 
 impl Solvers {
-    pub fn new(size: Size, settings: &WholeBodySettings) -> Self {
-        let make = |backend| make(size, backend, settings.iterations_max);
-        Self { first: make(settings.backend), reserve: settings.reserve.map(make), reserve_answers: false }
+    pub fn new(size: Size, settings: &SolverSettings) -> Self {
+        let make = |backend| make(size, backend, settings);
+        Self { first: make(settings.backend), backup: settings.backup.backend().map(make), backup_answers: false }
     }
 
     /// The next step begins with the first solver again.
     pub fn begin(&mut self) {
-        self.reserve_answers = false;
+        self.backup_answers = false;
     }
 
     /// Whose turn it is solves.
@@ -31,18 +31,18 @@ impl Solvers {
 
     /// What was found last.
     pub fn outcome(&self) -> &Outcome {
-        match &self.reserve {
-            Some(reserve) if self.reserve_answers => reserve.outcome(),
+        match &self.backup {
+            Some(backup) if self.backup_answers => backup.outcome(),
             _ => self.first.outcome(),
         }
     }
 
-    /// From now on the reserve solves, if there is one and the program has numbers. The first solver forgets what led it
+    /// From now on the backup solves, if there is one and the program has numbers. The first solver forgets what led it
     /// astray.
-    pub fn switch_to_reserve(&mut self, problem: &Problem) -> bool {
+    pub fn switch_to_backup(&mut self, problem: &Problem) -> bool {
         self.first.forget();
-        self.reserve_answers = self.reserve.is_some() && is_number(problem);
-        self.reserve_answers
+        self.backup_answers = self.backup.is_some() && is_number(problem);
+        self.backup_answers
     }
 
     /// Suggests active rows to the first solver.
@@ -52,26 +52,27 @@ impl Solvers {
 
     pub fn forget(&mut self) {
         self.first.forget();
-        if let Some(reserve) = &mut self.reserve {
-            reserve.forget();
+        if let Some(backup) = &mut self.backup {
+            backup.forget();
         }
     }
 
     fn current(&mut self) -> &mut AnySolver {
-        match &mut self.reserve {
-            Some(reserve) if self.reserve_answers => reserve,
+        match &mut self.backup {
+            Some(backup) if self.backup_answers => backup,
             _ => &mut self.first,
         }
     }
 }
 
 /// `iterations_max` is the active set's; an interior point needs some tens of steps whatever the program.
-fn make(size: Size, backend: Backend, iterations_max: usize) -> AnySolver {
+fn make(size: Size, backend: Backend, settings: &SolverSettings) -> AnySolver {
+    let SolverSettings { iterations_max, interior_tolerance: tolerance, .. } = *settings;
     match backend {
         Backend::ActiveSet => {
             Box::new(ActiveSet::new(size, ActiveSetSettings { iterations_max, ..ActiveSetSettings::default() }))
         }
-        Backend::Interior { tolerance } => {
+        Backend::Interior => {
             Box::new(Interior::new(size, InteriorSettings { tolerance, ..InteriorSettings::default() }))
         }
     }

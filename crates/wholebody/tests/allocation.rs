@@ -38,7 +38,7 @@ fn a_walk_with_contact_changes_and_a_contradiction_allocates_nothing() {
             body.step(&state, &reference, PERIOD_S);
         });
         let report = body.report();
-        // The reserve, Clarabel, allocates; it is asked only when the active set has failed.
+        // The backup, Clarabel, allocates; it is asked only when the active set has failed.
         if report.answered_by == AnsweredBy::Solver {
             count += here;
             relaxed += usize::from(report.status == StepStatus::Relaxed);

@@ -63,9 +63,9 @@ pub struct Arguments {
     /// Cells along x and y for the levels winkler, patches and quadratic-patches.
     #[arg(long, num_args = 2, value_names = ["NX", "NY"], default_values_t = [6, 5])]
     grid: Vec<usize>,
-    /// Scaled residual instead of the file's.
-    #[arg(long, value_parser = positive)]
-    tolerance: Option<f64>,
+    /// Scaled residual at which a solution is accepted.
+    #[arg(long, value_parser = positive, default_value_t = 1e-10)]
+    tolerance: f64,
     /// Largest part of the friction cone that a force may use.
     #[arg(long, value_parser = fraction, default_value_t = EstimatorSettings::default().friction_use_max)]
     friction_use_max: f64,
@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Solved);
     };
     let description = SoleDescription::load(path)?;
-    let tolerance = arguments.tolerance.unwrap_or(description.solver.tolerance);
+    let tolerance = arguments.tolerance;
     let settings = settings(arguments, &description, path)?;
     if arguments.vtk.is_some() && settings.level != Level::Fem {
         bail!("--vtk: only the level fem has contact points that are nodes of the mesh");

@@ -18,15 +18,15 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("sole", &["friction", "sole_mesh", "spatial"]),
     // Behaviour.
     ("pattern", &["spatial"]),
-    ("gait", &["pattern", "qp", "spatial"]),
-    ("wholebody", &["multibody", "qp", "spatial"]),
-    ("plant", &["multibody", "sole", "spatial"]),
+    ("gait", &["pattern", "qp", "ranges", "spatial"]),
+    ("wholebody", &["multibody", "qp", "ranges", "spatial"]),
+    ("plant", &["multibody", "ranges", "sole", "spatial"]),
     // The fence: nothing above knows of files, clocks, threads or other processes.
     ("files", &[]),
     ("robot", &["files", "sole_mesh"]),
     ("robot_model", &["multibody", "robot"]),
     ("scenario", &["files"]),
-    ("soles", &["files", "robot", "sole", "spatial"]),
+    ("soles", &["files", "ranges", "robot", "sole", "spatial"]),
     ("messages", &["pattern", "spatial"]),
     ("bus", &["messages"]),
     ("recording", &["files", "messages"]),
@@ -41,6 +41,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "multibody",
             "node",
             "pattern",
+            "ranges",
             "robot",
             "robot_model",
             "scenario",
@@ -49,7 +50,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "spatial",
         ],
     ),
-    ("soleus-estimator", &["bus", "messages", "node", "pattern", "robot", "scenario", "sole", "soles", "spatial"]),
+    (
+        "soleus-estimator",
+        &["bus", "messages", "node", "pattern", "ranges", "robot", "scenario", "sole", "soles", "spatial"],
+    ),
     (
         "soleus-controller",
         &[
@@ -58,6 +62,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "multibody",
             "node",
             "pattern",
+            "ranges",
             "robot",
             "robot_model",
             "scenario",
@@ -74,6 +79,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "node",
             "pattern",
             "plant",
+            "ranges",
             "robot",
             "robot_model",
             "scenario",
@@ -104,6 +110,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "messages",
             "pattern",
+            "ranges",
             "robot",
             "scenario",
             "soles",

@@ -85,8 +85,8 @@ fn more_samples_keep_a_restless_zmp_in_its_margin() {
 fn a_millimetre_of_room_for_the_zmp_works_where_the_timing_fits() {
     let room = |start_s: f64| {
         let mut settings = straight(6);
-        settings.sole.left_ankle_in_sole_m = [-0.015, 0.0];
-        settings.limits.zmp_margin_m = settings.sole.width_m / 2.0 - 0.0005;
+        settings.sole.left_ankle_in_sole_m = Some([-0.015, 0.0]);
+        settings.limits.zmp_margin_m = settings.sole.width_m() / 2.0 - 0.0005;
         (settings.timing.start_s, settings.timing.stop_s) = (start_s, start_s);
         settings
     };

@@ -80,7 +80,8 @@ fn a_margin_that_empties_the_polygon_is_refused_with_the_half_width() {
     let mut settings = straight(3);
     settings.limits.zmp_margin_m = 0.065;
     let error = refused(&settings);
-    assert_eq!(error, GaitError::EmptyPolygon { margin_m: 0.065, half_size_m: 0.065 });
+    let said = "`limits.zmp_margin_m` is 0.065, must be less than half of the sole's smaller side, 0.065000";
+    assert!(error.to_string().starts_with(said), "{error}");
 }
 
 #[test]
@@ -104,8 +105,8 @@ fn a_margin_that_excludes_the_ankle_is_refused_with_the_room_there_is() {
     let mut settings = straight(3);
     settings.limits.zmp_margin_m = 0.06;
     let error = refused(&settings);
-    let GaitError::AnkleOutsidePolygon { margin_m, room_m } = error else { panic!("{error}") };
-    assert!(margin_m == 0.06 && (room_m - 0.054).abs() < 1e-15);
+    let said = "`limits.zmp_margin_m` is 0.06, must be at most 0.054000, the ankle's distance";
+    assert!(error.to_string().starts_with(said), "{error}");
 }
 
 #[test]

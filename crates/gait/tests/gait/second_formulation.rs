@@ -211,7 +211,7 @@ impl Formulation {
 
     fn solve(&self, settings: &GaitSettings, axis: usize) -> (Affine, f64) {
         let n = self.n;
-        let (M, g, z_a) = (settings.body.mass_kg, settings.body.gravity_m_per_s2, settings.body.ankle_height_m);
+        let (M, g, z_a) = (settings.body.mass_kg(), settings.body.gravity_m_per_s2, settings.body.ankle_height_m());
         let CostSettings { lambda, mu } = settings.cost;
         let mut H = DMatrix::zeros(n + 1, n + 1);
         let mut add = |row: &Affine, weight: f64| H.ger(weight, row, row, 1.0);
@@ -221,9 +221,9 @@ impl Formulation {
             a[n] = value;
             a
         };
-        let half = [settings.sole.length_m / 2.0, settings.sole.width_m / 2.0][axis] - settings.limits.zmp_margin_m;
+        let half = [settings.sole.length_m() / 2.0, settings.sole.width_m() / 2.0][axis] - settings.limits.zmp_margin_m;
         let mut inside = |x: &Affine, ankle: f64, side: Side| {
-            let offset = settings.sole.left_ankle_in_sole_m[axis] * if axis == 1 { side.sign() } else { 1.0 };
+            let offset = settings.sole.left_ankle_in_sole_m()[axis] * if axis == 1 { side.sign() } else { 1.0 };
             if x.rows(0, n).amax() > 0.0 {
                 rows.push((x.clone(), ankle - offset - half, ankle - offset + half));
             }

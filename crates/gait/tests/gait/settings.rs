@@ -16,7 +16,13 @@ fn the_shipped_file_spells_out_the_defaults() {
     assert_eq!(settings, GaitSettings::default());
     let written = toml::Table::try_from(&settings).expect("serialisable");
     let shipped = table["gait"].as_table().expect("a table");
-    assert_eq!(&written, shipped, "every key is shown in the file");
+    assert_eq!(without_empty(&written), *shipped, "every key is shown in the file");
+}
+
+/// The robot's figures are not shown: what is left of a table of theirs is empty.
+fn without_empty(table: &toml::Table) -> toml::Table {
+    let empty = |value: &toml::Value| value.as_table().is_some_and(toml::Table::is_empty);
+    table.iter().filter(|(_, value)| !empty(value)).map(|(key, value)| (key.clone(), value.clone())).collect()
 }
 
 #[test]
@@ -58,9 +64,9 @@ const RANGES: [(&str, &str, &[&str]); 24] = [
 
 fn refused_for(text: &str, field: &str) {
     let error = gait::plan(&parse(text).expect(text)).expect_err(text);
-    let GaitError::Setting { field: found, remedy, .. } = error else { panic!("{text}: {error}") };
-    assert_eq!(found, field, "{text}");
-    assert!(!remedy.is_empty());
+    let GaitError::Setting(refused) = error else { panic!("{text}: {error}") };
+    assert_eq!(refused.key, field, "{text}");
+    assert!(!refused.remedy.is_empty());
 }
 
 #[test]
@@ -75,15 +81,15 @@ fn numbers_out_of_range_are_refused_by_name() {
     for (text, field) in [
         ("[sole]\nleft_ankle_in_sole_m = [0.2, 0.0]", "sole.left_ankle_in_sole_m[0]"),
         ("[sole]\nleft_ankle_in_sole_m = [0.0, nan]", "sole.left_ankle_in_sole_m[1]"),
-        ("[timing]\nsingle_support_each_s = [0.0]", "timing.single_support_each_s"),
-        ("[timing]\ndouble_support_each_s = [100.0]", "timing.double_support_each_s"),
+        ("[timing]\nsingle_support_each_s = [0.0]", "timing.single_support_each_s[0]"),
+        ("[timing]\ndouble_support_each_s = [100.0]", "timing.double_support_each_s[0]"),
         ("[discretisation]\nsamples_per_polynomial = 2", "discretisation.samples_per_polynomial"),
         ("[discretisation]\nsamples_per_polynomial = 4000000000", "discretisation.samples_per_polynomial"),
         ("[discretisation]\nsingle_support_polynomials = 0", "discretisation.single_support_polynomials"),
         ("[discretisation]\nsingle_support_polynomials = 4000000000", "discretisation.single_support_polynomials"),
         ("[walk]\nkind = \"path\"\nlandings = []", "walk.swings"),
-        ("[walk]\nkind = \"path\"\nlandings = [{foot = \"left\", x_m = 1e300, y_m = 0.1}]", "walk.landings.x_m"),
-        ("[walk]\nkind = \"path\"\nlandings = [{foot = \"left\", x_m = 0.0, y_m = nan}]", "walk.landings.y_m"),
+        ("[walk]\nkind = \"path\"\nlandings = [{foot = \"left\", x_m = 1e300, y_m = 0.1}]", "walk.landings[0].x_m"),
+        ("[walk]\nkind = \"path\"\nlandings = [{foot = \"left\", x_m = 0.0, y_m = nan}]", "walk.landings[0].y_m"),
     ] {
         refused_for(text, field);
     }
@@ -91,7 +97,7 @@ fn numbers_out_of_range_are_refused_by_name() {
 
 #[test]
 fn a_refusal_shows_the_number_as_a_person_would_write_it() {
-    for (text, shown) in [("1e308", "= 1e308:"), ("1e-300", "= 1e-300:"), ("0.0", "= 0:"), ("nan", "= NaN:")] {
+    for (text, shown) in [("1e308", "is 1e308,"), ("1e-300", "is 1e-300,"), ("0.0", "is 0,"), ("nan", "is NaN,")] {
         let error = gait::plan(&parse(&format!("[body]\nmass_kg = {text}")).expect(text)).expect_err(text).to_string();
         assert!(error.contains(shown), "{error}");
     }
@@ -142,7 +148,7 @@ fn walks_that_are_too_large_are_refused_before_anything_is_built() {
     settings.timing.single_support_s = 60.0;
     settings.timing.double_support_s = 60.0;
     let error = gait::plan(&settings).expect_err("33 hours");
-    assert!(error.to_string().contains("at most a day"), "{error}");
+    assert!(error.to_string().contains("more than a day"), "{error}");
 }
 
 #[test]
@@ -166,6 +172,7 @@ fn the_corners_of_the_ranges_end_in_a_sound_walk_or_in_an_error() {
                 for phase_s in [0.05, 60.0] {
                     for (lambda, mu) in [(0.0, 0.0), (0.0, 1e6), (1.0, 0.0), (1.0, 1e6)] {
                         let mut settings = straight(2);
+                        let (mass_kg, ankle_height_m) = (Some(mass_kg), Some(ankle_height_m));
                         settings.body = gait::BodySettings { mass_kg, gravity_m_per_s2, com_height_m, ankle_height_m };
                         settings.timing.single_support_s = phase_s;
                         settings.timing.double_support_s = phase_s;
@@ -192,6 +199,7 @@ fn lists_of_durations_are_complete_or_absent() {
     for found in [1, 9, 11] {
         settings.timing.double_support_each_s = vec![0.4; found];
         let error = gait::plan(&settings).expect_err("neither all nor none");
-        assert_eq!(error, GaitError::Durations { field: "timing.double_support_each_s", found, expected: 10 });
+        let said = format!("`timing.double_support_each_s` is a list of {found} numbers, must be one of 10");
+        assert!(error.to_string().starts_with(&said), "{error}");
     }
 }

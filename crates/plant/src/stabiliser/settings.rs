@@ -1,6 +1,5 @@
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
-
-use crate::settings::{SettingsError, not_negative, positive};
 
 /// Gains and limits of the stabiliser; the formulas are on the [module's page](crate::stabiliser).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -66,30 +65,32 @@ impl Default for StabiliserSettings {
 }
 
 impl StabiliserSettings {
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        for (name, value) in [
-            ("roll_damping_nm_s_per_rad (magnitude)", self.roll_damping_nm_s_per_rad.abs()),
-            ("pitch_damping_nm_s_per_rad (magnitude)", self.pitch_damping_nm_s_per_rad.abs()),
-            ("vertical_damping_n_s_per_m", self.vertical_damping_n_s_per_m),
-            ("relaxation_s", self.relaxation_s),
-            ("swing_relaxation_s", self.swing_relaxation_s),
-            ("load_shift_length_m", self.load_shift_length_m),
-            ("zmp_half_length_m", self.zmp_half_length_m),
-            ("zmp_half_width_m", self.zmp_half_width_m),
-            ("torso_relaxation_s", self.torso_relaxation_s),
+    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+        for (name, value, most) in [
+            ("roll_damping_nm_s_per_rad (magnitude)", self.roll_damping_nm_s_per_rad.abs(), 1e6),
+            ("pitch_damping_nm_s_per_rad (magnitude)", self.pitch_damping_nm_s_per_rad.abs(), 1e6),
+            ("vertical_damping_n_s_per_m", self.vertical_damping_n_s_per_m, 1e9),
+            ("relaxation_s", self.relaxation_s, 1e4),
+            ("swing_relaxation_s", self.swing_relaxation_s, 1e4),
+            ("load_shift_length_m", self.load_shift_length_m, 10.0),
+            ("zmp_half_length_m", self.zmp_half_length_m, 1.0),
+            ("zmp_half_width_m", self.zmp_half_width_m, 1.0),
+            ("torso_relaxation_s", self.torso_relaxation_s, 1e4),
         ] {
-            positive(&format!("stabiliser.{name}"), value)?;
+            Range::above_zero_to(most).demand(format!("stabiliser.{name}"), value, REMEDY)?;
         }
-        for (name, value) in [
-            ("dcm_gain_per_s", self.dcm_gain_per_s),
-            ("dcm_integral_gain_per_s", self.dcm_integral_gain_per_s),
-            ("foot_rotation_max_rad", self.foot_rotation_max_rad),
-            ("vertical_shift_max_m", self.vertical_shift_max_m),
-            ("torso_gain_per_s", self.torso_gain_per_s),
-            ("torso_rotation_max_rad", self.torso_rotation_max_rad),
+        for (name, value, most) in [
+            ("dcm_gain_per_s", self.dcm_gain_per_s, 200.0),
+            ("dcm_integral_gain_per_s", self.dcm_integral_gain_per_s, 200.0),
+            ("foot_rotation_max_rad", self.foot_rotation_max_rad, 1.0),
+            ("vertical_shift_max_m", self.vertical_shift_max_m, 1.0),
+            ("torso_gain_per_s", self.torso_gain_per_s, 200.0),
+            ("torso_rotation_max_rad", self.torso_rotation_max_rad, 1.0),
         ] {
-            not_negative(&format!("stabiliser.{name}"), value)?;
+            Range::between(0.0, most).demand(format!("stabiliser.{name}"), value, REMEDY)?;
         }
         Ok(())
     }
 }
+
+const REMEDY: &str = "the shipped configuration shows what was tried on HRP-4";

@@ -7,7 +7,7 @@ use spatial::Vec3;
 use std::path::Path;
 use toml::{Table, Value};
 use wholebody::{
-    FootSettings, LinkCapsule, PostureJoint, ProposalSettings, SoleRectangle, Verdict, WholeBodySettings, propose_pairs,
+    FootSettings, LinkCapsule, PostureJoint, ProposalSettings, SoleFace, Verdict, WholeBodySettings, propose_pairs,
 };
 
 /// Name, model, settings, and four steps of 0.05 m.
@@ -40,7 +40,7 @@ pub fn read(urdf: &Path, file: &Path) -> (String, Model, WholeBodySettings, Walk
     settings.feet = links
         .clone()
         .map(|ankle_link| FootSettings { ankle_link, ankle_in_sole_m: Vec3::new(0.0, 0.0, ankle_height_m) });
-    settings.sole = SoleRectangle { length_m, width_m };
+    settings.sole = SoleFace { length_m, width_m, ..settings.sole };
     settings.collision.capsules = of::<Vec<robot::Capsule>>(key("capsules"))
         .into_iter()
         .map(|capsule| LinkCapsule {
@@ -67,10 +67,11 @@ pub fn read(urdf: &Path, file: &Path) -> (String, Model, WholeBodySettings, Walk
     let ankles = links.each_ref().map(|link| ws.placement(&model, model.frame(link).expect("a link")).translation);
     let mut gait =
         GaitSettings { walk: gait::Walk::Straight { swings: 4, step_length_m: 0.05 }, ..GaitSettings::default() };
-    gait.body.mass_kg = model.total_mass_kg();
-    gait.body.ankle_height_m = ankle_height_m;
+    gait.body.mass_kg = Some(model.total_mass_kg());
+    gait.body.ankle_height_m = Some(ankle_height_m);
     gait.body.com_height_m = center_of_mass(&model, &ws).z - ankles[0].z + ankle_height_m;
-    (gait.sole.length_m, gait.sole.width_m, gait.sole.left_ankle_in_sole_m) = (length_m, width_m, [0.0, 0.0]);
+    gait.sole =
+        gait::SoleOutline { length_m: Some(length_m), width_m: Some(width_m), left_ankle_in_sole_m: Some([0.0, 0.0]) };
     gait.start.ankle_distance_m = ankles[0].y - ankles[1].y;
     (model.name().to_owned(), model, settings, Walk::plan(&gait))
 }

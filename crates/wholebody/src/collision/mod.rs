@@ -18,6 +18,7 @@ pub use proposal::{PairProposal, ProposalSettings, Verdict, propose_pairs};
 
 use multibody::{FrameIndex, WholeBodyTerms};
 use nalgebra::RowDVector;
+use serde::Deserialize;
 use spatial::{Transform, Vec3};
 
 /// A capsule on a link.
@@ -36,11 +37,16 @@ pub struct LinkCapsule {
 }
 
 /// Bodies, pairs and the damper.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct CollisionSettings {
-    /// Bodies.
+    /// Whether pairs are watched at all.
+    pub on: bool,
+    /// Bodies. *Robot's.*
+    #[serde(skip)]
     pub capsules: Vec<LinkCapsule>,
-    /// Pairs of names of capsules.
+    /// Pairs of names of capsules. *Robot's.*
+    #[serde(skip)]
     pub pairs: Vec<[String; 2]>,
     /// d_i (m): from here on the damper counts.
     pub interaction_m: f64,
@@ -52,7 +58,14 @@ pub struct CollisionSettings {
 
 impl Default for CollisionSettings {
     fn default() -> Self {
-        Self { capsules: Vec::new(), pairs: Vec::new(), interaction_m: 0.1, safety_m: 0.01, damping_m_per_s: 0.5 }
+        Self {
+            on: true,
+            capsules: Vec::new(),
+            pairs: Vec::new(),
+            interaction_m: 0.1,
+            safety_m: 0.01,
+            damping_m_per_s: 0.5,
+        }
     }
 }
 

@@ -16,8 +16,8 @@ pub(super) fn joint_limits(model: &Model, settings: &WholeBodySettings) -> Vec<J
             JointLimits {
                 lower: limits.lower + margin,
                 upper: limits.upper - margin,
-                velocity: constraints.velocity_fraction * limits.velocity,
-                torque: constraints.torque_fraction * limits.effort,
+                velocity: constraints.velocity_factor * limits.velocity,
+                torque: constraints.torque_factor * limits.effort,
                 motor_torque: limits.effort,
                 braking: constraints.braking_rad_per_s2,
                 acceleration: constraints.acceleration_max_rad_per_s2,
@@ -41,5 +41,6 @@ pub(super) fn resolve_pairs(settings: &WholeBodySettings) -> Result<Vec<[usize; 
         }
         Ok([position(a)?, position(b)?])
     };
-    settings.collision.pairs.iter().map(pair).collect()
+    let pairs = if settings.collision.on { settings.collision.pairs.as_slice() } else { &[] };
+    pairs.iter().map(pair).collect()
 }

@@ -2,7 +2,7 @@
 
 mod fit;
 mod objective;
-mod ranges;
+mod validate;
 
 use crate::collision::{Body, FrameList, Pairs};
 use crate::constraint::friction::FrictionCones;
@@ -61,13 +61,14 @@ impl WholeBody {
         if model.base() != Base::Floating {
             return Err(WholeBodyError::FixedBase);
         }
-        ranges::check(&settings)?;
+        validate::check(&settings)?;
         let mut frames = FrameList::default();
         let ankles = [model.frame(&settings.feet[0].ankle_link)?, model.frame(&settings.feet[1].ankle_link)?];
         frames.0.extend(ankles);
         frames.0.push(model.frame(&settings.torso_link)?);
         let mut bodies = Vec::new();
-        for capsule in &settings.collision.capsules {
+        let capsules = if settings.collision.on { settings.collision.capsules.as_slice() } else { &[] };
+        for capsule in capsules {
             let slot = frames.slot(model.frame(&capsule.link)?);
             bodies.push(Body { slot, from: capsule.from_m, to: capsule.to_m, radius: capsule.radius_m });
         }
@@ -95,7 +96,7 @@ impl WholeBody {
                 settings.sole.length_m,
                 settings.sole.width_m,
                 &settings.feet[i].ankle_in_sole_m,
-                constraints.friction,
+                settings.friction(),
                 constraints.generators_per_point,
             )
         });
@@ -286,7 +287,7 @@ impl WholeBody {
             formulation.problem.ub[base + j] = upper;
         }
         let settings = &self.settings.constraints;
-        let stiffness = [settings.contact_position_stiffness, settings.contact_orientation_stiffness]
+        let stiffness = [settings.contact_position_stiffness_per_s2, settings.contact_orientation_stiffness_per_s2]
             .map(|kp| task::usable_stiffness(kp, dt_s));
         let weight_n = self.model.total_mass_kg() * self.model.gravity().norm();
         for foot in 0..2 {

@@ -5,6 +5,7 @@ use crate::formulation::Formulation;
 use crate::layout::Layout;
 use crate::reference::{FootTarget, RobotState, WholeBodyReference};
 use crate::report::{TaskId, TaskReport};
+use crate::settings::MomentumSettings;
 use crate::task::{self, NormalEquations};
 use multibody::WholeBodyTerms;
 use qp::dense::Problem;
@@ -54,8 +55,8 @@ impl WholeBody {
                 problem.P[(i, i)] += tasks.intensity_damping;
             }
         }
-        if let Some(weight) = tasks.torque_weight {
-            add_torques(layout, problem, &self.terms, weight);
+        if tasks.torque_weight > 0.0 {
+            add_torques(layout, problem, &self.terms, tasks.torque_weight);
             task::mirror(&mut problem.P, 0..layout.size().variables);
         } else {
             // Nothing couples motion and intensities, or one foot's with the other's.
@@ -119,14 +120,15 @@ impl WholeBody {
             }
         }
 
-        if let Some(gains) = tasks.angular_momentum {
+        let MomentumSettings { weight, rate_per_s } = tasks.angular_momentum;
+        if weight > 0.0 {
             let first = rows.len();
-            let rate = gains.stiffness.min(0.5 / dt_s);
+            let rate = rate_per_s.min(0.5 / dt_s);
             for axis in 3..6 {
                 let target = -rate * terms.momentum[axis] - terms.centroidal_drift[axis];
-                rows.push(&terms.centroidal_matrix, axis, target, gains.weight);
+                rows.push(&terms.centroidal_matrix, axis, target, weight);
             }
-            begin(TaskId::AngularMomentum, first, rows, &terms.momentum.as_slice()[3..], gains.weight);
+            begin(TaskId::AngularMomentum, first, rows, &terms.momentum.as_slice()[3..], weight);
         }
     }
 
@@ -176,8 +178,8 @@ impl WholeBody {
             residual: largest_intensity,
             cost: damping,
         });
-        if let Some(weight) = tasks.torque_weight {
-            let cost = weight * report.torques.norm_squared();
+        if tasks.torque_weight > 0.0 {
+            let cost = tasks.torque_weight * report.torques.norm_squared();
             let residual = largest(report.torques.as_slice());
             report.tasks.push(TaskReport { id: TaskId::Torque, tracking_error: 0.0, residual, cost });
         }

@@ -16,7 +16,7 @@ impl Gains {
     /// Stiffness as it can be used with a period.
     #[must_use]
     pub fn stiffness_at(&self, dt_s: f64) -> f64 {
-        usable_stiffness(self.stiffness, dt_s)
+        usable_stiffness(self.stiffness_per_s2, dt_s)
     }
 }
 

@@ -1,7 +1,9 @@
 //! What happens when there is no solution.
 
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
-use wholebody::{AnsweredBy, Backend, ConstraintId, Limit, StepStatus, WholeBody, WholeBodySettings};
+use wholebody::{
+    AnsweredBy, Backend, Backup, ConstraintId, Limit, SolverSettings, StepStatus, WholeBody, WholeBodySettings,
+};
 
 #[test]
 fn a_load_limit_that_cannot_be_met_gives_way_first_and_is_named() {
@@ -50,7 +52,7 @@ fn widenings_are_those_of_the_program(body: &WholeBody) -> u32 {
                 problem.u[i] - report.feet[foot].load_max_n
             }
             ConstraintId::Torque(joint) => {
-                let fraction = body.settings().constraints.torque_fraction;
+                let fraction = body.settings().constraints.torque_factor;
                 let limit = fraction * body.model().joints()[joint].limits.effort;
                 problem.u[joint] - problem.l[joint] - 2.0 * limit
             }
@@ -68,7 +70,7 @@ fn a_row_that_gives_way_again_and_again_is_reported_once_with_the_whole_amount()
     let mut settings = settings(&robot, &model);
     settings.constraints.acceleration_max_rad_per_s2 = 1.0;
     settings.constraints.braking_rad_per_s2 = 1.0;
-    settings.constraints.torque_fraction = 0.05;
+    settings.constraints.torque_factor = 0.05;
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let plan = Walk::straight(1);
     let state = start(body.model(), body.settings(), &plan.reference(0.0));
@@ -91,7 +93,7 @@ fn all_widenings_of_a_row_together_stay_within_its_allowance() {
         let mut settings = settings(&robot, &model);
         settings.constraints.acceleration_max_rad_per_s2 = 1.0;
         settings.constraints.braking_rad_per_s2 = 1.0;
-        settings.constraints.torque_fraction = 0.05;
+        settings.constraints.torque_factor = 0.05;
         allow(&mut settings.relaxation);
         let mut body = WholeBody::new(model.clone(), settings).expect("settings fit the model");
         let mut reference = plan.reference(0.0);
@@ -181,13 +183,13 @@ fn joints_give_way_before_contacts_and_an_absurd_demand_is_named_whatever_comes_
 }
 
 #[test]
-fn out_of_iterations_without_a_reserve_brings_the_joints_to_rest() {
+fn out_of_iterations_without_a_backup_brings_the_joints_to_rest() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let mut settings = settings(&robot, &model);
-    settings.iterations_max = 1;
-    settings.reserve = None;
-    settings.constraints.torque_fraction = 0.05; // so that a cold start has to change something
+    settings.solver.iterations_max = 1;
+    settings.solver.backup = Backup::None;
+    settings.constraints.torque_factor = 0.05; // so that a cold start has to change something
     let plan = Walk::straight(1);
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let reference = plan.reference(0.0);
@@ -208,18 +210,19 @@ fn out_of_iterations_without_a_reserve_brings_the_joints_to_rest() {
 const ROUNDING: f64 = 1e-12;
 
 /// Interior points end near the vertex, not at it: torques at a tolerance of 1e-9.
-const RESERVE_ERROR_NM: f64 = 0.05;
+const BACKUP_ERROR_NM: f64 = 0.05;
 
 #[test]
-fn the_reserve_takes_the_steps_in_which_the_first_solver_runs_out_of_iterations() {
+fn the_backup_takes_the_steps_in_which_the_first_solver_runs_out_of_iterations() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let settings = settings(&robot, &model);
     let plan = Walk::straight(1);
     let mut body = WholeBody::new(model.clone(), settings.clone()).expect("settings fit the model");
-    let mut short = WholeBody::new(model, WholeBodySettings { iterations_max: 1, ..settings }).expect("settings fit");
+    let few = SolverSettings { iterations_max: 1, ..settings.solver };
+    let mut short = WholeBody::new(model, WholeBodySettings { solver: few, ..settings }).expect("settings fit");
     let mut state = start(body.model(), body.settings(), &plan.reference(0.0));
-    let (mut by_reserve, mut by_first, mut worst): (usize, usize, f64) = (0, 0, 0.0);
+    let (mut by_backup, mut by_first, mut worst): (usize, usize, f64) = (0, 0, 0.0);
     for tick in 0..(plan.duration_s() / PERIOD_S) as usize {
         let reference = plan.reference(tick as f64 * PERIOD_S);
         let report = body.step(&state, &reference, PERIOD_S);
@@ -227,13 +230,13 @@ fn the_reserve_takes_the_steps_in_which_the_first_solver_runs_out_of_iterations(
         assert_eq!((other.status, report.answered_by), (StepStatus::Solved, AnsweredBy::Solver), "tick {tick}");
         worst = worst.max((&report.torques - &other.torques).amax());
         match other.answered_by {
-            AnsweredBy::Reserve => by_reserve += 1,
+            AnsweredBy::Backup => by_backup += 1,
             AnsweredBy::Solver => by_first += 1,
         }
         (state.q, state.v) = (report.q_next.clone(), report.v_next.clone());
     }
-    assert!(by_reserve > 10 && by_first > 10, "both were asked: {by_reserve} {by_first}");
-    assert!(worst < RESERVE_ERROR_NM, "{worst} N m");
+    assert!(by_backup > 10 && by_first > 10, "both were asked: {by_backup} {by_first}");
+    assert!(worst < BACKUP_ERROR_NM, "{worst} N m");
 }
 
 #[test]
@@ -246,14 +249,15 @@ fn a_contradiction_is_relaxed_whichever_solver_finds_it() {
     let mut reference = plan.reference(0.0);
     let state = start(&model, &settings, &reference);
     reference.feet[0].ankle_acceleration.linear.z = -20.0;
-    let interior = Backend::Interior { tolerance: 1e-9 };
+    let interior = SolverSettings { backend: Backend::Interior, backup: Backup::None, ..settings.solver };
     let ways = [
-        (WholeBodySettings { iterations_max: 1, ..settings.clone() }, AnsweredBy::Reserve),
-        (WholeBodySettings { backend: interior, reserve: None, ..settings.clone() }, AnsweredBy::Solver),
-        (WholeBodySettings { backend: interior, reserve: Some(Backend::ActiveSet), ..settings }, AnsweredBy::Solver),
+        (SolverSettings { iterations_max: 1, ..settings.solver }, AnsweredBy::Backup),
+        (interior, AnsweredBy::Solver),
+        (SolverSettings { backup: Backup::ActiveSet, ..interior }, AnsweredBy::Solver),
     ];
-    for (settings, answered_by) in ways {
-        let mut body = WholeBody::new(model.clone(), settings).expect("settings fit the model");
+    for (solver, answered_by) in ways {
+        let mut body = WholeBody::new(model.clone(), WholeBodySettings { solver, ..settings.clone() })
+            .expect("settings fit the model");
         let report = body.step(&state, &reference, PERIOD_S);
         assert_eq!((report.status, report.answered_by), (StepStatus::Relaxed, answered_by), "{:?}", report.relaxed);
         assert!(report.residuals.feasibility < 1e-6, "{:?}", report.residuals);
@@ -268,7 +272,7 @@ fn lifted(fraction: f64, acceleration: f64, change: impl Fn(&mut WholeBodySettin
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let mut settings = settings(&robot, &model);
-    settings.constraints.torque_fraction = fraction;
+    settings.constraints.torque_factor = fraction;
     settings.constraints.acceleration_max_rad_per_s2 = 1.0;
     settings.constraints.braking_rad_per_s2 = 1.0;
     settings.relaxation.joint_motion_rad_per_s2 = 0.0;

@@ -57,7 +57,7 @@ fn torques_at_45_percent_bind_and_hold_without_chatter() {
     let plan = || Walk { com_offset_m: -0.08, ..Walk::plan(&brisk()) };
     let free = watched(&plan(), &mut body(|_| {}), PERIOD_S);
     assert!(free.torque_used > 0.6, "{}", free.figures());
-    let watch = watched(&plan(), &mut body(|s| s.constraints.torque_fraction = 0.45), PERIOD_S);
+    let watch = watched(&plan(), &mut body(|s| s.constraints.torque_factor = 0.45), PERIOD_S);
     assert!(watch.torque_bound > 20, "{}", watch.figures());
     assert!(watch.turns() <= TURNS_MAX, "{}", watch.figures());
     assert!(watch.com_error_m < 1e-2, "{}", watch.figures());
@@ -66,7 +66,7 @@ fn torques_at_45_percent_bind_and_hold_without_chatter() {
 #[test]
 fn torques_at_25_percent_bind_and_hold_without_chatter() {
     // Unlimited, this walk uses up to 19 % at the knees and 32 % at the ankles' roll.
-    let watch = watched(&Walk::straight(2), &mut body(|s| s.constraints.torque_fraction = 0.25), PERIOD_S);
+    let watch = watched(&Walk::straight(2), &mut body(|s| s.constraints.torque_factor = 0.25), PERIOD_S);
     assert!(watch.torque_bound > 50, "{}", watch.figures());
     assert!(watch.turns() <= TURNS_MAX, "{}", watch.figures());
     assert!(watch.com_error_m < 1e-3, "{}", watch.figures());
@@ -97,7 +97,7 @@ fn knees_near_stretched_stop_before_their_limit_without_chatter_and_the_walk_goe
 
 #[test]
 fn half_of_the_speed_limits_hold_in_a_brisk_walk_without_chatter() {
-    let mut body = body(|s| assert_eq!(s.constraints.velocity_fraction, 0.5));
+    let mut body = body(|s| assert_eq!(s.constraints.velocity_factor, 0.5));
     let watch = watched(&Walk::plan(&brisk()), &mut body, PERIOD_S);
     assert!(watch.motion_bound > 50 && watch.speed_used > 0.999, "{}", watch.figures());
     assert!(watch.turns() <= TURNS_MAX, "{}", watch.figures());
@@ -109,7 +109,7 @@ fn a_walk_too_hurried_for_half_of_the_speeds_still_keeps_every_limit() {
     gait.walk = gait::Walk::Straight { swings: 3, step_length_m: 0.12 };
     gait.timing.single_support_s = 0.32;
     for fraction in [1.0, 0.45] {
-        let mut body = body(|s| s.constraints.torque_fraction = fraction);
+        let mut body = body(|s| s.constraints.torque_factor = fraction);
         let watch = watched(&Walk::plan(&gait), &mut body, PERIOD_S);
         assert!(watch.motion_bound > 50 && watch.torque_bound > 0, "{}", watch.figures());
         // Here up to ten limits bind at once, and take turns.

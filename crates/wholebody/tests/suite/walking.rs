@@ -2,7 +2,7 @@
 
 use crate::support::watch::Watch;
 use crate::support::{Joints, PERIOD_S, Walk, Yield, model, robot, settings, walk};
-use wholebody::{Backend, StepStatus, TaskId, WholeBody};
+use wholebody::{Backend, SolverSettings, StepStatus, TaskId, WholeBody};
 
 /// The pattern's own load transfer: `k` is a quintic over 0.4 s, its largest rate 1.875 / 0.4 s; M g = 383 N. The two feet's
 /// loads may change at most 1.6 times as fast as the pattern's, in any period; a corner's no faster than its foot's.
@@ -94,7 +94,8 @@ fn both_backends_walk_the_same_walk() {
     let plan = Walk::straight(1);
     let run = |backend: Backend| {
         let model = model(&robot, Joints::Legs);
-        let settings = wholebody::WholeBodySettings { backend, ..settings(&robot, &model) };
+        let mut settings = settings(&robot, &model);
+        settings.solver = SolverSettings { backend, interior_tolerance: 1e-8, ..settings.solver };
         let mut body = WholeBody::new(model, settings).expect("settings fit the model");
         let mut torques = Vec::new();
         walk(&plan, &mut body, PERIOD_S, |_, _, _, report| {
@@ -104,7 +105,7 @@ fn both_backends_walk_the_same_walk() {
         torques
     };
     let own = run(Backend::ActiveSet);
-    let clarabel = run(Backend::Interior { tolerance: 1e-8 });
+    let clarabel = run(Backend::Interior);
     let worst = own.iter().zip(&clarabel).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max);
     // Intensities are damped by 1e-5 only: an interior point at 1e-8 knows them to about a newton.
     assert!(worst < 0.5, "{worst} N m");
@@ -119,7 +120,7 @@ fn costs_sum_to_twice_the_objective_up_to_the_constant_of_the_targets() {
     // The constant is the sum of squared targets, which tight and loose limits share: what tighter limits cost must show in
     // the reported terms as it shows in the objective.
     let mut tight = free.clone();
-    tight.constraints.torque_fraction = 0.16;
+    tight.constraints.torque_factor = 0.16;
     let solve = |settings: &wholebody::WholeBodySettings| {
         let mut body = WholeBody::new(model.clone(), settings.clone()).expect("settings fit the model");
         let state = crate::support::start(body.model(), body.settings(), &plan.reference(0.0));
@@ -142,8 +143,8 @@ fn every_cost_term_is_reported_and_the_program_can_be_solved_again() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let mut settings = settings(&robot, &model);
-    settings.tasks.torque_weight = Some(1e-4);
-    settings.tasks.angular_momentum = Some(wholebody::Gains { weight: 1.0, stiffness: 10.0 });
+    settings.tasks.torque_weight = 1e-4;
+    settings.tasks.angular_momentum.weight = 1.0;
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let plan = Walk::straight(1);
     let reference = plan.reference(1.2);
@@ -224,7 +225,7 @@ fn what_is_forgotten_has_to_be_found_again() {
     let robot = robot();
     let model = model(&robot, Joints::Walking);
     let mut settings = settings(&robot, &model);
-    settings.constraints.torque_fraction = 0.16; // so that something has to be found
+    settings.constraints.torque_factor = 0.16; // so that something has to be found
     let mut body = WholeBody::new(model, settings).expect("settings fit the model");
     let plan = Walk::straight(1);
     let state = crate::support::start(body.model(), body.settings(), &plan.reference(0.0));

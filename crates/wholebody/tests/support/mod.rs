@@ -73,8 +73,8 @@ pub fn settings(robot: &Robot, model: &Model) -> WholeBodySettings {
         })
         .collect();
     settings.constraints.position_margin_rad = description.limits.position_margin_deg.to_radians();
-    settings.constraints.velocity_fraction = description.limits.velocity_factor;
-    settings.constraints.torque_fraction = description.limits.torque_factor;
+    settings.constraints.velocity_factor = description.limits.velocity_factor;
+    settings.constraints.torque_factor = description.limits.torque_factor;
     settings.collision.capsules = description
         .capsules
         .iter()

@@ -213,7 +213,7 @@ fn footprints(plan: &Plan, settings: &GaitSettings) -> Vec<Footprint> {
 
 fn sole(pattern: &WalkPattern, settings: &GaitSettings, side: Side, ankle: &Foothold, margin: f64) -> [(f64, f64); 4] {
     let centre = pattern.sole_foothold(side.index(), ankle);
-    let (x, y) = (settings.sole.length_m / 2.0 - margin, settings.sole.width_m / 2.0 - margin);
+    let (x, y) = (settings.sole.length_m() / 2.0 - margin, settings.sole.width_m() / 2.0 - margin);
     [(x, y), (-x, y), (-x, -y), (x, -y)].map(|(x, y)| point(centre.offset(Vector2::new(x, y)).position()))
 }
 

@@ -1,0 +1,14 @@
+//! Keys that there were once, and what has become of them.
+
+/// Key within a process's configuration, and what to do.
+const RETIRED: [(&str, &str); 4] = [
+    ("plant.step.control_period_s", "every process has the tick of 5 ms: remove the key"),
+    ("sole.rigid.ankle_in_sole_m", "the ankle is the nominal sole's: remove the key"),
+    ("sole.rigid.friction", "friction is the nominal sole's, times sole.friction_factor: remove the key"),
+    ("solver.reserve", "it is called solver.backup now"),
+];
+
+/// What to do with a key that was one, if it was.
+pub(crate) fn advice(key: &str) -> Option<&'static str> {
+    RETIRED.iter().find(|(retired, _)| *retired == key).map(|(_, advice)| *advice)
+}
