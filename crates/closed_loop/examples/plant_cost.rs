@@ -103,7 +103,11 @@ fn main() -> anyhow::Result<()> {
         newton as f64 / ticks
     );
     println!("  all processes: {:.1} s of walking per CPU second", walked_s / all_s);
-    println!("  work (J): {:?}, integrator {:.5} (never above {numerical_j:.2e})", energies.flows, energies.numerical_j());
+    println!(
+        "  work (J): {:?}, integrator {:.5} (never above {numerical_j:.2e})",
+        energies.flows,
+        energies.numerical_j()
+    );
     Ok(())
 }
 

@@ -24,6 +24,17 @@ use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
 use soles::Store;
 use std::collections::BTreeMap;
 
+/// A part of the loop that takes time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Sole equilibria.
+    Estimator,
+    /// Observer and whole-body step.
+    Controller,
+    /// Simulated robot, sensors and stabiliser.
+    Plant,
+}
+
 /// Everything that was said at a tick.
 #[derive(Debug, Clone)]
 pub struct Tick {
@@ -102,7 +113,7 @@ impl ClosedLoop {
         estimator.take_pattern(&planned.header, &planned.phases)?;
         controller.take_pattern(&planned.header, &planned.phases)?;
         let unplaced = simulator.unplaced();
-        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced)?;
+        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, &mut |_| {})?;
         let now = simulator.place(&command).context("simulator")?;
         Ok(Self { planned, estimator, controller, simulator, now })
     }
@@ -113,6 +124,14 @@ impl ClosedLoop {
     /// If the controller cannot go on.
     pub fn step(&mut self) -> anyhow::Result<Option<Tick>> {
         self.step_measuring(|_| {})
+    }
+
+    /// The same; `done` is called when a part has done its work of the tick: for timing.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step_probed(&mut self, done: impl FnMut(Part)) -> anyhow::Result<Option<Tick>> {
+        self.step_with(|_| {}, SimulatorProcess::advance, done)
     }
 
     /// The same, with sensors that fail: what the robot says it measures goes through `fault` first.
@@ -132,13 +151,23 @@ impl ClosedLoop {
         fault: impl FnOnce(&mut RobotState),
         advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
     ) -> anyhow::Result<Option<Tick>> {
+        self.step_with(fault, advance, |_| {})
+    }
+
+    fn step_with(
+        &mut self,
+        fault: impl FnOnce(&mut RobotState),
+        advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
+        mut done: impl FnMut(Part),
+    ) -> anyhow::Result<Option<Tick>> {
         if self.now.over.is_some() {
             return Ok(None);
         }
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
-        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state)?;
+        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state, &mut done)?;
         self.now = advance(&mut self.simulator);
+        done(Part::Plant);
         self.simulator.take_command(&command);
         if let Some(start) = &start {
             self.estimator.take_start(start);
@@ -170,9 +199,12 @@ fn answer(
     estimator: &mut EstimatorProcess,
     controller: &mut ControllerProcess,
     state: &RobotState,
+    done: &mut impl FnMut(Part),
 ) -> anyhow::Result<(EstimatorOutput, RobotCommand, Option<WalkStart>)> {
     let estimate = estimator.step(state).context("the estimator has no pattern")?;
+    done(Part::Estimator);
     let output = controller.step(state, Some(&estimate.deformation)).context("controller")?;
     let output = output.context("the controller has no pattern")?;
+    done(Part::Controller);
     Ok((estimate, output.command, output.start))
 }

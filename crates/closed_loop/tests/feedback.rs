@@ -1,11 +1,11 @@
-//! The controller's own feedback on the simulated robot: state drawn towards what is measured, feet that give way as their soles do.
+//! The controller's own feedback on the simulated robot: internal state blended with what is measured, feet that give way as their soles do.
 
 use closed_loop::{ClosedLoop, Tick};
-use controller::Refused;
 use messages::code::{Outcome, Reason};
 use messages::{Plain, RobotState};
 use scenario::{Scenario, Setting};
 use simulator::Figures;
+use state::Refused;
 use std::path::Path;
 
 const SHORT: &str = "planner.gait.walk.swings=3";
@@ -98,7 +98,7 @@ fn feedback_twice_gives_the_same_bits_and_without_usable_measurements_and_yieldi
     let feedback = ["controller.integration.mode=feedback", short];
     let [once, twice] = [0, 1].map(|_| commands(built("flat.toml", &feedback), |_| {}));
     assert_eq!(once, twice);
-    let stiff = [feedback[0], short, "controller.integration.sole_yield=0.0"];
+    let stiff = [feedback[0], short, "controller.integration.compliance_feed_forward=0.0"];
     let blind = commands(built("flat.toml", &stiff), |state| state.fault_bits = 1);
     let open = commands(built("flat.toml", &[short]), |_| {});
     assert_eq!(blind, open);

@@ -1,21 +1,20 @@
 //! Messages to what the whole-body step takes, and back.
 
-use messages::{FootDeformation, Plan, PlanFoot, RobotState as StateMessage, SoleDeformation};
+use messages::{
+    FootDeformation, Plan, PlanFoot, RobotState as StateMessage, SoleDeformation, from_row_major, row_major,
+};
 use nalgebra::Vector2;
 use pattern::Reference;
-use spatial::{Mat3, Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
-use wholebody::observer::FootAnchor;
+use robot::JointMap;
+use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
+use state::observer::FootAnchor;
+use state::{Measured, unit_rotation};
 use wholebody::{FootTarget, LoadedSole, WholeBodyReference};
-
-use crate::heading::body_heading;
-
-/// By how much the length of a unit quaternion may be off: drivers send rounded ones, and broken ones send zeros.
-const QUATERNION_LENGTH_ERROR_MAX: f64 = 1e-3;
 
 /// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright and facing where the feet
 /// do.
 pub(crate) fn reference(pattern: &Reference, deformation: &SoleDeformation) -> WholeBodyReference {
-    let heading = body_heading(pattern);
+    let heading = pattern.body_heading();
     WholeBodyReference {
         com_position: pattern.com_position(),
         com_velocity: pattern.com_velocity(),
@@ -29,7 +28,7 @@ pub(crate) fn reference(pattern: &Reference, deformation: &SoleDeformation) -> W
 
 /// The ankle pose in a message.
 fn ankle_pose(foot: &FootDeformation) -> Transform {
-    Transform::new(rotation(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m))
+    Transform::new(from_row_major(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m))
 }
 
 fn foot_target(foot: &FootDeformation) -> FootTarget {
@@ -89,9 +88,15 @@ pub(crate) fn plan(
     }
 }
 
-/// Measured vertical force of each foot: the sensors' z axes are vertical but for the small tilt of the soles.
-pub(crate) fn vertical_forces(state: &StateMessage) -> [f64; 2] {
-    state.foot_wrench.map(|wrench| wrench[2])
+/// What the robot measures, in the model's order of joints. The sensors' z axes are vertical but for the small tilt of the soles.
+pub(crate) fn measured(state: &StateMessage, joints: &JointMap, measured: &mut Measured) {
+    measured.tick = state.header.tick;
+    measured.faulty = state.fault_bits != 0;
+    joints.from_interface(&state.joint_position_rad, measured.joints.as_mut_slice());
+    joints.from_interface(&state.joint_velocity_rad_per_s, measured.joint_rates.as_mut_slice());
+    measured.imu_rotation = unit_rotation(state.imu_orientation_xyzw);
+    measured.gyro = Vec3::from(state.gyro_rad_per_s);
+    measured.vertical_n = state.foot_wrench.map(|wrench| wrench[2]);
 }
 
 /// A standing foot as the observer's anchor.
@@ -114,20 +119,4 @@ pub(crate) fn loaded_sole(foot: &FootDeformation) -> LoadedSole {
         },
         compliance: Mat6::from_row_slice(&foot.compliance),
     }
-}
-
-/// Rotation of a quaternion that is one: its length may be off by [`QUATERNION_LENGTH_ERROR_MAX`].
-pub(crate) fn unit_rotation([x, y, z, w]: [f64; 4]) -> Option<Mat3> {
-    let length = (x * x + y * y + z * z + w * w).sqrt();
-    // Not a number is not within the limit.
-    ((length - 1.0).abs() <= QUATERNION_LENGTH_ERROR_MAX)
-        .then(|| so3::from_quaternion(w / length, &(Vec3::new(x, y, z) / length)))
-}
-
-fn rotation(row_major: &[f64; 9]) -> Mat3 {
-    Mat3::from_row_slice(row_major)
-}
-
-fn row_major(m: &Mat3) -> [f64; 9] {
-    m.transpose().as_slice().try_into().expect("3 x 3 numbers")
 }

@@ -1,200 +1,53 @@
-//! What the robot measures, made into a state that the own one can be drawn towards.
-//!
-//! A measurement is used when it is one of a robot that stands where the plan has it: newer than the last one, without a fault that the
-//! driver reports, finite, joints and rates near what they may be, an orientation that is one, and a base within
-//! `integration.distance_max_m` and `distance_max_rad` of the own one. Otherwise the step goes on from its own state alone (soles go on yielding),
-//! until a good measurement comes; each one that is not used is counted, with the reason ([`Refused`]).
-//!
-//! **Time.** The command of tick `k` holds references for `k + 1`; the drives' ramp reaches them at `k + 2`. So the robot is one tick behind
-//! the plan, beside the age of its measurements: joints are anchored at the soles of that earlier tick, and the base is carried forward
-//! by as much.
+//! Feedback: the measured state, and ankles that follow their soles; messages in.
 
-use messages::{CONTROL_PERIOD_S, RobotState as StateMessage, SoleDeformation};
+use messages::timing::DRIVES_BEHIND_TICKS;
+use messages::{CONTROL_PERIOD_S, SoleDeformation};
 use multibody::{Model, ModelError};
-use nalgebra::DVector;
-use robot::JointMap;
-use spatial::{Vec3, Wrench, so3};
-use std::collections::VecDeque;
-use std::fmt;
-use wholebody::observer::{BaseEstimate, BaseObserver, FootAnchor, Measurement, ObserverSettings};
-use wholebody::{FootTarget, RobotState, SoleYield};
+use spatial::Wrench;
+use state::observer::BaseEstimate;
+use state::{FeedbackFrames, IntegrationSettings, Measured, Refused};
+use wholebody::{ComplianceFeedForward, FootTarget, RobotState};
 
-use crate::convert::{foot_anchor, loaded_sole, unit_rotation};
-use crate::integration::IntegrationSettings;
+use crate::convert::{foot_anchor, loaded_sole};
 
-/// Ticks by which the robot is behind the plan: the drives' ramp.
-const RAMP_TICKS: usize = 1;
-/// How far beyond its limits a joint may be measured (rad): encoders have offsets, limits have margins.
-const JOINT_BEYOND_LIMIT_MAX_RAD: f64 = 0.1;
-/// How much faster than its limit a joint may be measured: rates are noisy, and pushes are quick.
-const JOINT_RATE_FACTOR_MAX: f64 = 2.0;
-/// Fastest turn that is believed (rad/s): the usual range of gyros, 2000 degrees/s.
-const GYRO_MAX_RAD_PER_S: f64 = 35.0;
-/// Soles known of this many ticks before stand in for those of a tick whose deformation did not come: as long as the controller goes on
-/// without one.
-const SOLES_AGE_MAX_TICKS: i64 = 2;
-
-/// Why a measurement is not used for feedback.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Refused {
-    /// A number is not finite.
-    NotFinite,
-    /// The driver says that a sensor is faulty.
-    SensorFault,
-    /// Not newer than the one before.
-    Stale,
-    /// A joint is where it cannot be, or as fast as it cannot be.
-    Joint,
-    /// The orientation is none: its quaternion does not have length 1.
-    Orientation,
-    /// The gyro says more than any gyro can.
-    Gyro,
-    /// No deformation of the soles is known of its time.
-    Soles,
-    /// The base would be too far from the own one.
-    Distance,
-}
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "a number is not finite",
-            Self::SensorFault => "a sensor is reported faulty",
-            Self::Stale => "it is not newer than the one before",
-            Self::Joint => "a joint is where, or as fast as, it cannot be",
-            Self::Orientation => "the orientation's quaternion does not have length 1",
-            Self::Gyro => "the gyro says more than any gyro can",
-            Self::Soles => "where the soles were at its time is not known",
-            Self::Distance => {
-                "the base would be farther from its plan than integration.distance_max_m or distance_max_rad"
-            }
-        })
-    }
-}
-
-/// The observer with what it needs to know of the past.
+/// What the robot measures, and how its soles give way.
 pub(crate) struct Feedback {
-    settings: IntegrationSettings,
-    observer: BaseObserver,
-    soles: [SoleYield; 2],
-    /// Ticks by which what arrives is older than the plan's present.
-    behind_ticks: usize,
-    /// The feet of the last ticks, oldest first: one that is needed, or the last before it, and the later ones.
-    anchors: VecDeque<(i64, [FootAnchor; 2])>,
-    measured: RobotState,
-    joint_rates: DVector<f64>,
-    last_tick: Option<i64>,
+    state: state::Feedback,
+    compliance: [ComplianceFeedForward; 2],
+    resting: ComplianceFeedForward,
 }
 
 impl Feedback {
-    pub fn new(
-        settings: &IntegrationSettings,
-        model: &Model,
-        imu_link: &str,
-        ankle_links: [String; 2],
-    ) -> Result<Self, ModelError> {
-        let behind_ticks = settings.measurement_delay_ticks as usize + RAMP_TICKS;
-        let observer_settings = ObserverSettings {
-            imu_link: imu_link.to_owned(),
-            ankle_links,
-            yaw: settings.yaw.into(),
-            bias_time_s: settings.gyro_bias_time_s,
-            velocity_time_s: settings.velocity_time_s,
-            delay_s: behind_ticks as f64 * CONTROL_PERIOD_S,
-        };
-        Ok(Self {
-            settings: *settings,
-            observer: BaseObserver::new(model.clone(), observer_settings)?,
-            soles: [SoleYield::new(settings.sole_yield()); 2],
-            behind_ticks,
-            anchors: VecDeque::with_capacity(behind_ticks + 2),
-            measured: RobotState { q: model.neutral(), v: DVector::zeros(model.nv()) },
-            joint_rates: DVector::zeros(model.joint_count()),
-            last_tick: None,
-        })
+    pub fn new(settings: &IntegrationSettings, model: &Model, frames: FeedbackFrames) -> Result<Self, ModelError> {
+        let resting = ComplianceFeedForward::new(settings.compliance());
+        let state = state::Feedback::new(settings, model, frames, DRIVES_BEHIND_TICKS, CONTROL_PERIOD_S)?;
+        Ok(Self { state, compliance: [resting; 2], resting })
     }
 
     /// The last estimate of the base.
     pub fn estimate(&self) -> &BaseEstimate {
-        self.observer.estimate()
+        self.state.estimate()
     }
 
     /// Forgets where the soles were: another walk is to be walked.
     pub fn restart(&mut self) {
-        self.anchors.clear();
-        self.soles = [SoleYield::new(self.settings.sole_yield()); 2];
+        self.state.restart();
+        self.compliance = [self.resting; 2];
     }
 
-    /// Remembers where the soles are, whatever is measured. Ticks may be missing, and the last deformation may come again.
+    /// Remembers where the soles are, whatever is measured.
     pub fn remember(&mut self, deformation: &SoleDeformation) {
-        let tick = deformation.header.tick;
-        if self.anchors.back().is_some_and(|(last, _)| *last >= tick) {
-            return;
-        }
-        let needed_tick = tick.saturating_sub(self.behind_ticks as i64);
-        while self.anchors.get(1).is_some_and(|(next, _)| *next <= needed_tick) {
-            self.anchors.pop_front();
-        }
-        self.anchors.push_back((tick, deformation.feet.each_ref().map(foot_anchor)));
+        self.state.remember(deformation.header.tick, deformation.feet.each_ref().map(foot_anchor));
     }
 
-    /// Where the feet were when the robot was as it is measured at this tick: at the last tick up to then, or, when there is no past, at
-    /// the first one. `None` if that was long before.
-    fn anchors_at(&self, measured_tick: i64) -> Option<[FootAnchor; 2]> {
-        let tick = measured_tick.saturating_sub(self.behind_ticks as i64);
-        let known = self.anchors.iter().rev().find(|(at, _)| *at <= tick).or(self.anchors.front());
-        known.filter(|(at, _)| tick.saturating_sub(*at) <= SOLES_AGE_MAX_TICKS).map(|(_, feet)| *feet)
-    }
-
-    /// The measured state, carried forward to the present tick. `own` is the state it should be near.
+    /// The measured state, carried forward to the present tick; `None`: a number is not finite.
     pub fn observe(
         &mut self,
         model: &Model,
-        joints: &JointMap,
-        message: &StateMessage,
-        own: &RobotState,
+        measured: Option<&Measured>,
+        internal: &RobotState,
     ) -> Result<&RobotState, Refused> {
-        let tick = message.header.tick;
-        let ticks = self.last_tick.map_or(1, |last| tick - last);
-        if ticks <= 0 {
-            return Err(Refused::Stale);
-        }
-        if message.fault_bits != 0 {
-            return Err(Refused::SensorFault);
-        }
-        joints.from_interface(&message.joint_position_rad, self.measured.q.joints.as_mut_slice());
-        joints.from_interface(&message.joint_velocity_rad_per_s, self.joint_rates.as_mut_slice());
-        for ((joint, position), rate) in model.joints().iter().zip(&self.measured.q.joints).zip(&self.joint_rates) {
-            let limits = &joint.limits;
-            let beyond = (position - limits.upper).max(limits.lower - position);
-            if beyond > JOINT_BEYOND_LIMIT_MAX_RAD || rate.abs() > JOINT_RATE_FACTOR_MAX * limits.velocity {
-                return Err(Refused::Joint);
-            }
-        }
-        let imu_rotation = unit_rotation(message.imu_orientation_xyzw).ok_or(Refused::Orientation)?;
-        let gyro = Vec3::from(message.gyro_rad_per_s);
-        if gyro.norm() > GYRO_MAX_RAD_PER_S {
-            return Err(Refused::Gyro);
-        }
-        let feet = self.anchors_at(tick).ok_or(Refused::Soles)?;
-        let (positions, rates) = (&self.measured.q.joints, &self.joint_rates);
-        let measurement = Measurement { joints: positions, joint_rates: rates, imu_rotation, gyro, feet };
-        if ticks > 1 {
-            // One reading of the gyro says nothing of a turn over several ticks.
-            self.observer.forget_rotation();
-        }
-        let estimate = self.observer.update(&measurement, ticks as f64 * CONTROL_PERIOD_S);
-        self.last_tick = Some(tick);
-        let away_m = (estimate.pose.translation - own.q.base.translation).norm();
-        let away_rad = so3::log(&(estimate.pose.rotation * own.q.base.rotation.transpose())).norm();
-        if away_m > self.settings.distance_max_m || away_rad > self.settings.distance_max_rad {
-            return Err(Refused::Distance);
-        }
-        self.measured.q.base = estimate.pose;
-        let base = model.base_dofs();
-        self.measured.v.rows_mut(0, base).copy_from(&estimate.twist.to_vector());
-        self.measured.v.rows_mut(base, self.joint_rates.len()).copy_from(&self.joint_rates);
-        Ok(&self.measured)
+        self.state.observe(model, measured.ok_or(Refused::NotFinite)?, internal)
     }
 
     /// Moves the ankles as their soles give way under the wrenches that the last step computed, about the ankles; in the air they come
@@ -202,7 +55,8 @@ impl Feedback {
     pub fn move_ankles(&mut self, deformation: &SoleDeformation, computed: [Wrench; 2], feet: &mut [FootTarget; 2]) {
         for (i, foot) in feet.iter_mut().enumerate() {
             let sole = foot.in_contact.then(|| loaded_sole(&deformation.feet[i]));
-            foot.ankle_pose = self.soles[i].update(sole.as_ref(), &computed[i], &foot.ankle_pose, CONTROL_PERIOD_S);
+            foot.ankle_pose =
+                self.compliance[i].update(sole.as_ref(), &computed[i], &foot.ankle_pose, CONTROL_PERIOD_S);
         }
     }
 }
@@ -210,10 +64,11 @@ impl Feedback {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::Header;
-    use robot::Robot;
+    use crate::convert;
+    use messages::{Header, RobotState as StateMessage};
+    use robot::{JointMap, Robot};
     use robot_model::walking_model;
-    use spatial::Transform;
+    use spatial::{Transform, Vec3, so3};
     use std::path::Path;
 
     const ANKLE_SPEED_M_PER_S: f64 = 0.2;
@@ -231,7 +86,8 @@ mod tests {
         let (model, joints) = walking_model(&robot).expect("it ships");
         let feet = &robot.description.feet;
         let ankles = [feet[0].ankle_frame.clone(), feet[1].ankle_frame.clone()];
-        let feedback = Feedback::new(&settings, &model, &robot.description.imu_frame, ankles).expect("its frames");
+        let frames = FeedbackFrames { imu_link: robot.description.imu_frame.clone(), ankle_links: ankles };
+        let feedback = Feedback::new(&settings, &model, frames).expect("its frames");
         let mut message = StateMessage { header: Header::new(0, 1), ..Default::default() };
         message.imu_orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
         let middle: Vec<f64> = model.joints().iter().map(|j| 0.5 * (j.limits.lower + j.limits.upper)).collect();
@@ -256,12 +112,19 @@ mod tests {
         fn see(&mut self, tick: i64, own: &RobotState) -> Result<RobotState, Refused> {
             self.feedback.remember(&soles(tick));
             self.message.header.tick = tick;
-            self.feedback.observe(&self.model, &self.joints, &self.message, own).cloned()
+            self.observe(own)
+        }
+
+        /// What the robot measures now.
+        fn observe(&mut self, own: &RobotState) -> Result<RobotState, Refused> {
+            let mut measured = Measured::new(&self.model);
+            convert::measured(&self.message, &self.joints, &mut measured);
+            self.feedback.observe(&self.model, Some(&measured), own).cloned()
         }
 
         /// Where the base is said to be, whatever that is.
         fn base(&mut self) -> RobotState {
-            let far = RobotState { q: self.model.neutral(), v: DVector::zeros(self.model.nv()) };
+            let far = RobotState { q: self.model.neutral(), v: nalgebra::DVector::zeros(self.model.nv()) };
             let _ = self.see(0, &far);
             RobotState { q: multibody::Configuration { base: self.feedback.estimate().pose, ..far.q }, ..far }
         }
@@ -315,15 +178,13 @@ mod tests {
             known.push(newest);
             bench.feedback.remember(&soles(newest));
             bench.message.header.tick = tick;
-            let seen = bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own);
+            let seen = bench.observe(&own);
             let x = seen.expect("near enough").q.base.translation.x;
             // The sole of the very tick, or the one before it.
             let at = (tick - i64::from(delay_ticks) - 1).max(0);
             let expected = known.iter().copied().filter(|known| *known <= at).max().expect("the first");
             let found = (x - start) / per_tick - f64::from(delay_ticks + 1);
             assert!((found - expected as f64).abs() < 1e-9, "tick {tick}: anchored at {found}, not {expected}");
-            let capacity = bench.feedback.behind_ticks + 2;
-            assert!(bench.feedback.anchors.len() <= capacity && bench.feedback.anchors.capacity() == capacity);
         }
     }
 
@@ -334,7 +195,7 @@ mod tests {
         let mut see = |soles_tick: i64, tick: i64| {
             bench.feedback.remember(&soles(soles_tick));
             bench.message.header.tick = tick;
-            bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own).err()
+            bench.observe(&own).err()
         };
         for tick in 1..10 {
             assert_eq!(see(tick, tick), None, "tick {tick}");
@@ -365,8 +226,8 @@ mod tests {
             feet[1].ankle_pose.translation.z - ankle.translation.z
         };
         assert_eq!(height(&mut feedback, true, 200.0), 0.0, "as planned");
-        let stay = (-CONTROL_PERIOD_S / settings.sole_yield_time_s).exp();
-        let sunk = -2e-6 * 100.0 * settings.sole_yield * (1.0 - stay);
+        let stay = (-CONTROL_PERIOD_S / settings.compliance_time_s).exp();
+        let sunk = -2e-6 * 100.0 * settings.compliance_feed_forward * (1.0 - stay);
         for (in_contact, force_n, expected) in
             [(true, 300.0, sunk), (false, 0.0, stay * sunk), (false, 0.0, stay * stay * sunk)]
         {
@@ -387,7 +248,7 @@ mod tests {
         elsewhere.feet.iter_mut().for_each(|foot| foot.ankle_position_m[1] += 7.0);
         bench.feedback.remember(&elsewhere);
         bench.message.header.tick = 2;
-        let far = bench.feedback.observe(&bench.model, &bench.joints, &bench.message, &own).err();
+        let far = bench.observe(&own).err();
         assert_eq!(far, Some(Refused::Distance));
         let moved = bench.feedback.estimate().pose.translation - here;
         assert!((moved.y - 7.0).abs() < 1e-9, "{moved}");
@@ -411,13 +272,7 @@ mod tests {
             bench.feedback.remember(&sole);
             bench.message.header.tick = tick;
             bench.message.imu_orientation_xyzw = [(0.5 * turn_rad).sin(), 0.0, 0.0, (0.5 * turn_rad).cos()];
-            let speed = bench
-                .feedback
-                .observe(&bench.model, &bench.joints, &bench.message, &own)
-                .expect("near")
-                .v
-                .rows(0, 3)
-                .norm();
+            let speed = bench.observe(&own).expect("near").v.rows(0, 3).norm();
             (speed, bench.feedback.estimate().gyro_bias.norm())
         };
         let resting = |tick| {

@@ -4,40 +4,38 @@
 //! whole-body quadratic program ([`wholebody`]); its accelerations are integrated twice and become the joint references for
 //! tick *k + 1*, published as `robot/command` together with the plan behind them.
 //!
-//! **Open loop** (the paper's way, default): the program works on its own integrated state, which follows the plan exactly; the
+//! **Open loop** (the paper's way, default): the program works on its internal state, integrated from its own results, which follows the plan exactly; the
 //! measured joints serve to decide when the walk may start and to report how far robot and model are apart. The robot's own
 //! stabiliser, which sees the plan in the command and the sensors, closes the loop.
 //!
-//! **Feedback** (`integration.mode = "feedback"`): before each step the base of the own state is drawn towards the one that
-//! [`wholebody::observer`] finds from encoders, inertial unit and the estimator's soles, so the centre of mass and torso tasks see what
+//! **Feedback** (`integration.mode = "feedback"`): before each step the base of the internal state is blended with the one that
+//! [`state::observer`] finds from encoders, inertial unit and the estimator's soles, so the centre of mass and torso tasks see what
 //! happens to the robot and ask the ground for other wrenches. A sole gives way under them by its compliance, and the standing ankles move
-//! with it ([`wholebody::SoleYield`]): that is how drives that follow positions push. Feedback *without* that step (`sole_yield = 0`) turns the feet
+//! with it ([`wholebody::ComplianceFeedForward`]): that is how drives that follow positions push. Feedback *without* that step
+//! (`compliance_feed_forward = 0`) turns the feet
 //! of a tilting robot back to the plan and takes away the stiffness that holds it up: without a stabiliser it falls. The README has figures.
 //!
 //! **Before the walk** the first deformation gives the start configuration: centre of mass and ankles where pattern and
 //! estimator have them at time zero, torso upright and facing where the feet do, nearest to half-sitting. The robot is placed in it; when it has settled
-//! ([`SettleDetector`]) the controller publishes `walk/start`, once.
+//! ([`state::SettleDetector`]) the controller publishes `walk/start`, once.
 //!
 //! | what goes wrong | answer |
 //! |---|---|
 //! | the quadratic program contradicts itself | limits are widened by priority, counted ([`Summary`]) |
 //! | no usable solution | joints are brought to rest, the last torques kept; after 10 in a row the posture is held for good |
 //! | no deformation for this tick | the last one, up to 2 ticks old; then the posture is held |
-//! | feedback: a measurement is not finite, stale, faulty, impossible or far from the own state | not used: this step starts from the own state alone (soles go on yielding); counted, the first one is logged with its reason ([`Refused`]) |
+//! | feedback: a measurement is not finite, stale, faulty, impossible or far from the internal state | not used: this step starts from the internal state alone (compliance feed-forward goes on); counted, the first one is logged with its reason ([`state::Refused`]) |
 //! | the start configuration does not exist | safety stop with the joints that are at their limits |
 //! | the robot does not come to stand still | safety stop with the criterion that is not met, its value and its limit |
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod convert;
 mod feedback;
-mod heading;
-mod integration;
+mod progress;
 mod settings;
-mod settle;
 mod step;
+mod summary;
 
-pub use feedback::Refused;
-pub use integration::{IntegrationMode, IntegrationSettings, Yaw};
 pub use settings::{ControllerError, ControllerSettings, Programs};
-pub use settle::{Criterion, NotSettled, SettleDetector, SettleSettings, Stance, Unmet};
-pub use step::{CannotWalk, ControllerOutput, ControllerProcess, GaveWay, Summary};
+pub use step::{CannotWalk, ControllerOutput, ControllerProcess};
+pub use summary::{Summary, WidenedLimit};

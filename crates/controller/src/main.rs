@@ -8,7 +8,12 @@ use programs::ProgramWriter;
 
 mod programs;
 
-struct Control(ControllerProcess, Summary, ProgramWriter);
+struct Control {
+    process: ControllerProcess,
+    /// As it was after the last tick.
+    told: Summary,
+    programs: ProgramWriter,
+}
 
 impl Program for Control {
     const PROCESS: Process = Process::Controller;
@@ -17,11 +22,15 @@ impl Program for Control {
 
     fn build(settings: ControllerSettings) -> Result<Self, Failure> {
         let process = ControllerProcess::new(&settings).map_err(Failure::unusable)?;
-        Ok(Self(process, Summary::default(), ProgramWriter::new(settings.programs)))
+        Ok(Self { process, told: Summary::default(), programs: ProgramWriter::new(settings.programs) })
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {
-        Some(self.0.robot_fingerprint())
+        Some(self.process.robot_fingerprint())
+    }
+
+    fn models(&self) -> Vec<String> {
+        self.process.models()
     }
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
@@ -31,7 +40,7 @@ impl Program for Control {
         let mut commands = shell.publisher(topic::ROBOT_COMMAND)?;
         let mut starts = shell.publisher(topic::WALK_START)?;
         let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
-        self.0
+        self.process
             .take_pattern(&pattern.header, &pattern.phases)
             .map_err(|error| Failure::safety(Reason::PatternRefused, error))?;
         shell.figures().walk_duration_s = pattern.header.duration_s;
@@ -44,7 +53,7 @@ impl Program for Control {
                 Some(deformation)
             };
             shell.cycle_starts();
-            let output = self.0.step(&state, deformation.as_ref());
+            let output = self.process.step(&state, deformation.as_ref());
             if let Some(output) = output.map_err(|error| Failure::safety(error.reason(), error))? {
                 // Before the command: whoever has the command of this tick then also has the start decided at it.
                 if let Some(start) = &output.start {
@@ -55,7 +64,7 @@ impl Program for Control {
                 let holding = output.command.mode == Mode::Holding.code();
                 // Nothing is solved while the posture is held.
                 if !holding {
-                    self.2.write(state.header.tick, output.command.status, self.0.whole_body());
+                    self.programs.write(state.header.tick, output.command.status, self.process.whole_body());
                 }
                 let figures = shell.figures();
                 figures.state = if holding { State::Holding } else { State::Running }.code();
@@ -92,15 +101,18 @@ impl Program for Control {
 impl Control {
     /// The first of each kind of trouble goes to the log; health counts the rest.
     fn tell(&mut self, now: &Summary, tick: i64) {
-        let before = std::mem::replace(&mut self.1, *now);
+        let before = std::mem::replace(&mut self.told, *now);
         if let (0, Some(worst)) = (before.relaxed, &now.worst) {
-            tracing::warn!("tick {tick}: limits exclude each other, gave way: {}", self.0.describe(worst));
+            tracing::warn!(
+                "tick {tick}: limits exclude each other, gave way: {}",
+                worst.describe(self.process.whole_body())
+            );
         }
         if before.by_backup == 0 && now.by_backup > 0 {
             tracing::warn!("tick {tick}: the solver has no answer, the backup is asked");
         }
         if before.held == 0 && now.held > 0 {
-            let outcome = self.0.whole_body().report().solver_status;
+            let outcome = self.process.whole_body().report().solver_status;
             tracing::warn!("tick {tick}: no usable step ({outcome:?}), the joints are brought to rest");
         }
         if before.deformation_missing == 0 && now.deformation_missing > 0 {

@@ -9,14 +9,12 @@ use robot::{Robot, RobotError};
 use robot_model::RobotModelError;
 use serde::Deserialize;
 use spatial::Vec3;
+use state::{IntegrationSettings, SettleSettings};
 use std::path::PathBuf;
 use wholebody::{
     CollisionSettings, ConstraintSettings, FootSettings, LinkCapsule, PostureJoint, RelaxationSettings, SoleFace,
     SolverSettings, TaskSettings, WholeBodySettings,
 };
-
-use crate::integration::IntegrationSettings;
-use crate::settle::SettleSettings;
 
 /// `config/controller.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -93,7 +91,7 @@ pub enum ControllerError {
 impl ControllerSettings {
     /// Is every number one that can be? [`wholebody`] asks this of its own.
     pub(crate) fn check(&self) -> Result<(), OutOfRange> {
-        self.integration.check()?;
+        self.integration.check(CONTROL_PERIOD_S)?;
         self.settle.check(CONTROL_PERIOD_S)
     }
 

@@ -1,6 +1,7 @@
-//! The process: messages in, messages out.
+//! The process: messages in, messages out. [`ControllerProcess::step`] reads as its phases.
 
-use messages::code::{Limit, Mode, Outcome, Reason};
+use messages::code::{Mode, Outcome, Reason};
+use messages::timing::walk_time_s;
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
@@ -10,16 +11,19 @@ use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
+use spatial::Wrench;
+use state::{
+    FeedbackFrames, IntegrationMode, IntegrationSettings, InternalState, Measured, NotSettled, SettleDetector, Stance,
+};
 use wholebody::{
-    AnsweredBy, ConfigurationError, ConfigurationTargets, ConstraintId, Relaxation, RelaxationSettings, RobotState,
-    StateIntegrator, StepReport, StepStatus, WholeBody, initial_configuration,
+    ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
 };
 
-use crate::convert::{plan, reference, unit_rotation, vertical_forces};
-use crate::feedback::{Feedback, Refused};
-use crate::integration::{IntegrationMode, IntegrationSettings};
+use crate::convert;
+use crate::feedback::Feedback;
+use crate::progress::{Planned, Progress, Tracking};
 use crate::settings::{ControllerError, ControllerSettings};
-use crate::settle::{NotSettled, SettleDetector, Stance};
+use crate::summary::Summary;
 
 /// A deformation older than this is not used (ticks).
 const DEFORMATION_AGE_MAX_TICKS: i64 = 2;
@@ -59,79 +63,14 @@ pub struct ControllerOutput {
     pub summary: Summary,
 }
 
-/// A limit that gave way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaveWay {
-    /// Which kind.
-    pub limit: Limit,
-    /// Which of its kind: foot, joint of the model, collision pair.
-    pub index: usize,
-    /// By how much, in its unit.
-    pub amount: f64,
-    /// Position of its kind in the configured order of giving way.
-    pub rank: usize,
-}
-
-impl GaveWay {
-    fn new(relaxed: &Relaxation, order: &RelaxationSettings) -> Self {
-        let (limit, index) = match relaxed.id {
-            ConstraintId::Load { foot } => (Limit::Load, foot),
-            ConstraintId::Collision(pair) => (Limit::Collision, pair),
-            ConstraintId::JointMotion(joint) => (Limit::JointMotion, joint),
-            ConstraintId::Torque(joint) => (Limit::Torque, joint),
-            ConstraintId::Contact { foot, .. } => (Limit::Contact, foot),
-            // Physics never gives way.
-            ConstraintId::BaseDynamics(_) | ConstraintId::Intensity { .. } => (Limit::None, 0),
-        };
-        let rank = relaxed.id.limit().and_then(|limit| order.rank(limit)).unwrap_or(0);
-        Self { limit, index, amount: relaxed.amount, rank }
-    }
-
-    /// A limit that gives way later is worse, and of one kind the larger amount.
-    fn is_worse_than(&self, other: &Self) -> bool {
-        (self.rank, self.amount) > (other.rank, other.amount)
-    }
-}
-
-/// Counts and figures for health.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Summary {
-    /// Steps in which all limits held, so far.
-    pub solved: u64,
-    /// The worst limit that gave way, so far.
-    pub worst: Option<GaveWay>,
-    /// Why the posture is held now, if it is.
-    pub holding: Option<Reason>,
-    /// Steps whose limits had to be widened, so far.
-    pub relaxed: u64,
-    /// Steps without a usable solution, so far.
-    pub held: u64,
-    /// Steps that the backup solver answered, for the first had no answer; so far.
-    pub by_backup: u64,
-    /// Ticks whose deformation was missing or older than allowed, so far.
-    pub deformation_missing: u64,
-    /// Ticks whose robot state had a number that is not finite, so far.
-    pub state_refused: u64,
-    /// Largest distance between a measured joint and its reference now (rad).
-    pub joint_distance_rad: f64,
-    /// Distance of the model's centre of mass from its reference now (m).
-    pub com_error_m: f64,
-    /// Distance of the observed base from the own one at the last measurement used (m); feedback only.
-    pub base_distance_m: f64,
-    /// The same of its orientation (rad).
-    pub base_distance_rad: f64,
-    /// Distance between where the two standing feet place the base now (m); feedback only.
-    pub feet_disagreement_m: f64,
-    /// Measurements that were not used for feedback, so far.
-    pub measurements_refused: u64,
-    /// Why the last one of them was not.
-    pub last_refused: Option<Refused>,
-    /// Smallest distance of a collision pair now (m).
-    pub collision_distance_m: f64,
-}
-
 /// The controller without clock or bus.
 pub struct ControllerProcess {
+    progress: Progress,
+    core: Core,
+}
+
+/// Everything that lives longer than a walk.
+struct Core {
     robot_fingerprint: u64,
     joints: JointMap,
     whole_body: WholeBody,
@@ -142,17 +81,32 @@ pub struct ControllerProcess {
     half_sitting: DVector<f64>,
     limit_margin_rad: f64,
     own_soles: OwnSoles,
-    pattern: Option<(u64, WalkPattern)>,
-    start: Option<WalkStart>,
-    settle: SettleDetector,
-    state: Option<StateIntegrator>,
     integration: IntegrationSettings,
+    settle: SettleDetector,
     feedback: Option<Feedback>,
-    measured: Configuration,
-    deformation: Option<SoleDeformation>,
+    /// The last measurement whose numbers are finite.
+    measured: Measured,
+    /// Its joints, the base at the origin.
+    posture: Configuration,
     last_command: Option<RobotCommand>,
     held_in_a_row: u32,
     summary: Summary,
+}
+
+/// What comes in at a tick.
+#[derive(Clone, Copy)]
+struct Inputs {
+    /// Of the robot's state.
+    tick: i64,
+    /// The robot's clock then (ns).
+    clock_monotonic_ns: u64,
+    /// Whether all numbers of the robot's state are finite.
+    usable: bool,
+    /// Age of the deformation (ticks).
+    age_ticks: i64,
+    /// Walk time now and at the next tick (s).
+    now_s: f64,
+    next_s: f64,
 }
 
 impl ControllerProcess {
@@ -176,13 +130,15 @@ impl ControllerProcess {
         let imu = frame(&robot.description.imu_frame)?;
         let mut half_sitting = DVector::zeros(model.joint_count());
         joints.from_interface(joints.resting_rad(), half_sitting.as_mut_slice());
-        let measured = model.neutral();
-        let ankle_links = [feet[0].ankle_frame.clone(), feet[1].ankle_frame.clone()];
+        let frames = FeedbackFrames {
+            imu_link: robot.description.imu_frame.clone(),
+            ankle_links: [feet[0].ankle_frame.clone(), feet[1].ankle_frame.clone()],
+        };
         let feedback = (settings.integration.mode == IntegrationMode::Feedback)
-            .then(|| Feedback::new(&settings.integration, &model, &robot.description.imu_frame, ankle_links))
+            .then(|| Feedback::new(&settings.integration, &model, frames))
             .transpose()
             .map_err(|source| RobotModelError::unknown(&robot, source))?;
-        Ok(Self {
+        let core = Core {
             robot_fingerprint: robot.fingerprint,
             joints,
             workspace: Workspace::new(&model),
@@ -191,52 +147,61 @@ impl ControllerProcess {
             imu,
             half_sitting,
             limit_margin_rad: whole_body_settings.constraints.position_margin_rad,
+            measured: Measured::new(&model),
+            posture: model.neutral(),
             whole_body: WholeBody::new(model, whole_body_settings)?,
             own_soles: OwnSoles {
                 ankle_in_sole_m: [0, 1].map(|foot| robot.sole.foot.ankle_in_sole_m(foot)),
                 file: robot.sole_file.clone(),
             },
-            pattern: None,
-            start: None,
             settle: SettleDetector::new(settings.settle, CONTROL_PERIOD_S),
             integration: settings.integration,
             feedback,
-            state: None,
-            measured,
-            deformation: None,
             last_command: None,
             held_in_a_row: 0,
             summary: Summary::default(),
-        })
+        };
+        Ok(Self { progress: Progress::Waiting, core })
     }
 
     /// The robot it was built for: messages of another one must not be used.
     #[must_use]
     pub fn robot_fingerprint(&self) -> u64 {
-        self.robot_fingerprint
+        self.core.robot_fingerprint
     }
 
     /// The whole-body step, with the report of the last tick.
     #[must_use]
     pub fn whole_body(&self) -> &WholeBody {
-        &self.whole_body
+        &self.core.whole_body
     }
 
-    /// The whole-body step, to give it a clock.
-    pub fn whole_body_mut(&mut self) -> &mut WholeBody {
-        &mut self.whole_body
+    /// What the step models, one part a line.
+    #[must_use]
+    pub fn models(&self) -> Vec<String> {
+        let settings = self.core.whole_body.settings();
+        let on = |is_on: bool| if is_on { "on" } else { "off" };
+        let tasks = &settings.tasks;
+        let pairs = if settings.collision.on { settings.collision.pairs.len() } else { 0 };
+        vec![
+            format!("start of a step: {}", if self.core.feedback.is_some() { "feedback" } else { "open loop" }),
+            format!("friction of the forces: {}", settings.friction()),
+            format!("collision pairs watched: {pairs}"),
+            format!("objective of least torques: {}", on(tasks.torque_weight > 0.0)),
+            format!("objective on the angular momentum: {}", on(tasks.angular_momentum.weight > 0.0)),
+        ]
     }
 
     /// Counts and figures so far, as after the last step.
     #[must_use]
     pub fn summary(&self) -> &Summary {
-        &self.summary
+        &self.core.summary
     }
 
     /// Duration of the pattern (s), once there is one.
     #[must_use]
     pub fn walk_duration_s(&self) -> Option<f64> {
-        self.pattern.as_ref().map(|(_, walk)| walk.duration_s())
+        self.progress.planned().map(|planned| planned.pattern.duration_s())
     }
 
     /// Takes a pattern; one that comes when the walk has begun is not used.
@@ -244,16 +209,17 @@ impl ControllerProcess {
     /// # Errors
     /// [`PatternRefused`]; the present pattern stays.
     pub fn take_pattern(&mut self, header: &PatternHeader, phases: &[PatternPhase]) -> Result<(), PatternRefused> {
-        if self.start.is_none() && self.pattern.as_ref().is_none_or(|(hash, _)| *hash != header.pattern_hash) {
-            let walk = read_pattern(header, phases)?;
-            self.own_soles.check(&walk)?;
-            self.pattern = Some((header.pattern_hash, walk));
-            // Nothing of the walk before is of any use to this one.
-            self.state = None;
-            self.deformation = None;
-            if let Some(feedback) = &mut self.feedback {
-                feedback.restart();
-            }
+        let hash = header.pattern_hash;
+        let known = self.progress.planned().is_some_and(|planned| planned.hash == hash);
+        if known || self.progress.has_start() {
+            return Ok(());
+        }
+        let pattern = read_pattern(header, phases)?;
+        self.core.own_soles.check(&pattern)?;
+        // Nothing of the walk before is of any use to this one.
+        self.progress = Progress::Planned(Planned { hash, pattern });
+        if let Some(feedback) = &mut self.core.feedback {
+            feedback.restart();
         }
         Ok(())
     }
@@ -264,101 +230,158 @@ impl ControllerProcess {
     /// [`CannotWalk`] when the start configuration does not exist, or the robot does not come to stand still.
     pub fn step(
         &mut self,
-        measured: &StateMessage,
+        state: &StateMessage,
         deformation: Option<&SoleDeformation>,
     ) -> Result<Option<ControllerOutput>, CannotWalk> {
-        let tick = measured.header.tick;
-        if let Some(deformation) = deformation.filter(|deformation| self.is_usable(deformation)) {
-            self.deformation = Some(*deformation);
+        self.take_deformation(deformation)?;
+        let (Progress::Tracking(walk), core) = (&mut self.progress, &mut self.core) else { return Ok(None) };
+        let inputs = core.take_inputs(state, walk);
+        let mode = core.mode(&inputs, walk);
+        core.blend_with_measured(&inputs, mode, walk);
+        let computed = match mode {
+            Mode::Holding => core.hold(walk),
+            _ => core.solve(&inputs, walk),
+        };
+        let command = core.command(&inputs, mode, &computed, walk);
+        core.compare_with_measured(&inputs, walk);
+        let start = core.decide_start(&inputs, mode, walk)?;
+        walk.start = walk.start.or(start);
+        Ok(Some(ControllerOutput { command, start, summary: core.summary }))
+    }
+
+    /// Takes a deformation of this robot's soles under this pattern; the first one says where the walk begins.
+    fn take_deformation(&mut self, deformation: Option<&SoleDeformation>) -> Result<(), CannotWalk> {
+        let Some(deformation) = deformation else { return Ok(()) };
+        let ours = self.progress.planned().is_some_and(|planned| planned.hash == deformation.pattern_hash);
+        let fits = deformation.header.robot_fingerprint == self.core.robot_fingerprint && deformation.all_finite();
+        if !(ours && fits) {
+            return Ok(());
         }
-        let (Some((pattern_hash, walk)), Some(deformation)) = (&self.pattern, self.deformation) else {
-            return Ok(None);
-        };
-        let pattern_hash = *pattern_hash;
-        if self.state.is_none() {
-            let start = self.start_state(walk, &deformation)?;
-            self.state = Some(StateIntegrator::new(self.integration.integration(), start));
-        }
-        let age_ticks = tick.saturating_sub(deformation.header.tick).max(0);
-        let fresh_enough = age_ticks <= DEFORMATION_AGE_MAX_TICKS;
-        self.summary.deformation_missing += u64::from(age_ticks > 0);
-        let state_usable = measured.all_finite();
-        self.summary.state_refused += u64::from(!state_usable);
-        let walk_time_s = |tick: i64| {
-            self.start.map_or(-CONTROL_PERIOD_S, |start| (tick - start.tick_zero) as f64 * CONTROL_PERIOD_S)
-        };
-        let (now_s, next_s) = (walk_time_s(tick), walk_time_s(tick + 1));
-        let mode = match self.start {
-            _ if self.held_in_a_row >= HELD_IN_A_ROW_MAX || !fresh_enough => Mode::Holding,
-            None => Mode::Standing,
-            Some(_) if now_s > walk.duration_s() => Mode::Finished,
-            Some(_) if now_s >= 0.0 => Mode::Walking,
-            Some(_) => Mode::Standing,
-        };
-        let why_held =
-            if self.held_in_a_row >= HELD_IN_A_ROW_MAX { Reason::SolverFailed } else { Reason::InputMissing };
-        self.summary.holding = (mode == Mode::Holding).then_some(why_held);
-        let next = walk.evaluate(next_s);
-        let own = self.state.as_mut().expect("set above");
-        if let Some(feedback) = &mut self.feedback {
-            feedback.remember(&deformation);
-            // Before tick 0 the robot is not placed yet.
-            if tick >= 0 {
-                let observed = if state_usable {
-                    feedback.observe(self.whole_body.model(), &self.joints, measured, own.state())
-                } else {
-                    Err(Refused::NotFinite)
-                };
-                self.summary.measurements_refused += u64::from(observed.is_err());
-                self.summary.last_refused = observed.as_ref().err().copied().or(self.summary.last_refused);
-                if mode != Mode::Holding {
-                    own.begin(self.whole_body.model(), observed.ok(), CONTROL_PERIOD_S);
+        match std::mem::replace(&mut self.progress, Progress::Waiting) {
+            Progress::Waiting => {}
+            Progress::Planned(planned) => {
+                let start = self.core.start_state(&planned.pattern, deformation);
+                match start {
+                    Ok(start) => {
+                        let internal = InternalState::new(&self.core.integration, start);
+                        let tracking = Tracking { planned, internal, deformation: *deformation, start: None };
+                        self.progress = Progress::Tracking(Box::new(tracking));
+                    }
+                    Err(error) => {
+                        self.progress = Progress::Planned(planned);
+                        return Err(error.into());
+                    }
                 }
             }
+            Progress::Tracking(mut tracking) => {
+                tracking.deformation = *deformation;
+                self.progress = Progress::Tracking(tracking);
+            }
         }
+        Ok(())
+    }
+}
+
+/// The phases of a tick.
+impl Core {
+    /// Looks at what has come in.
+    fn take_inputs(&mut self, state: &StateMessage, walk: &Tracking) -> Inputs {
+        let tick = state.header.tick;
+        let usable = state.all_finite();
+        if usable {
+            convert::measured(state, &self.joints, &mut self.measured);
+            self.posture.joints.copy_from(&self.measured.joints);
+        }
+        let age_ticks = tick.saturating_sub(walk.deformation.header.tick).max(0);
+        self.summary.deformation_missing += u64::from(age_ticks > 0);
+        self.summary.state_refused += u64::from(!usable);
+        Inputs {
+            tick,
+            clock_monotonic_ns: state.header.clock_monotonic_ns,
+            usable,
+            age_ticks,
+            now_s: walk_time_s(walk.start.as_ref(), tick),
+            next_s: walk_time_s(walk.start.as_ref(), tick + 1),
+        }
+    }
+
+    /// What is to be done.
+    fn mode(&mut self, inputs: &Inputs, walk: &Tracking) -> Mode {
+        let why_held = if self.held_in_a_row >= HELD_IN_A_ROW_MAX {
+            Some(Reason::SolverFailed)
+        } else if inputs.age_ticks > DEFORMATION_AGE_MAX_TICKS {
+            Some(Reason::InputMissing)
+        } else {
+            None
+        };
+        self.summary.holding = why_held;
+        match walk.start {
+            _ if why_held.is_some() => Mode::Holding,
+            Some(_) if inputs.now_s > walk.planned.pattern.duration_s() => Mode::Finished,
+            Some(_) if inputs.now_s >= 0.0 => Mode::Walking,
+            _ => Mode::Standing,
+        }
+    }
+
+    /// Blends the internal state with what is measured; in feedback only.
+    fn blend_with_measured(&mut self, inputs: &Inputs, mode: Mode, walk: &mut Tracking) {
+        let Some(feedback) = &mut self.feedback else { return };
+        feedback.remember(&walk.deformation);
+        // Before tick 0 the robot is not placed yet.
+        if inputs.tick < 0 {
+            return;
+        }
+        let model = self.whole_body.model();
+        let measured = inputs.usable.then_some(&self.measured);
+        let observed = feedback.observe(model, measured, walk.internal.state());
+        self.summary.count_measurement(observed.as_ref().err().copied());
+        if mode != Mode::Holding {
+            walk.internal.begin(model, observed.ok(), CONTROL_PERIOD_S);
+        }
+    }
+
+    /// Brings the internal state to rest where it is: the last references are kept.
+    fn hold(&mut self, walk: &mut Tracking) -> Computed {
+        walk.internal.rest();
+        Computed::Nothing
+    }
+
+    /// One whole-body step, and its result taken over.
+    fn solve(&mut self, inputs: &Inputs, walk: &mut Tracking) -> Computed {
+        let mut wanted = convert::reference(&walk.planned.pattern.evaluate(inputs.now_s), &walk.deformation);
+        if let Some(feedback) = &mut self.feedback {
+            let last = self.whole_body.report().feet.each_ref().map(|foot| foot.wrench);
+            feedback.move_ankles(&walk.deformation, last, &mut wanted.feet);
+        }
+        let report = self.whole_body.step(walk.internal.state(), &wanted, CONTROL_PERIOD_S);
+        walk.internal.advance(report);
+        let held = report.status == StepStatus::Held;
+        let wrenches = [0, 1].map(|foot| report.feet[foot].wrench);
+        self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
+        self.summary.count_step(self.whole_body.report(), &self.whole_body.settings().relaxation);
+        if held { Computed::AtRest } else { Computed::Wrenches(wrenches) }
+    }
+
+    /// The command: references for the next tick, and the plan behind them.
+    fn command(&mut self, inputs: &Inputs, mode: Mode, computed: &Computed, walk: &Tracking) -> RobotCommand {
+        let state = walk.internal.state();
         let mut command = RobotCommand {
             header: Header {
-                clock_monotonic_ns: measured.header.clock_monotonic_ns,
-                ..Header::new(tick, self.robot_fingerprint)
+                clock_monotonic_ns: inputs.clock_monotonic_ns,
+                ..Header::new(inputs.tick, self.robot_fingerprint)
             },
-            pattern_hash,
-            walk_time_s: next_s,
+            pattern_hash: walk.planned.hash,
+            walk_time_s: inputs.next_s,
             joint_count: self.joints.interface_count() as u32,
             mode: mode.code(),
-            deformation_age_ticks: age_ticks.try_into().unwrap_or(u32::MAX),
+            deformation_age_ticks: inputs.age_ticks.try_into().unwrap_or(u32::MAX),
             ..self.last_command.unwrap_or_default()
         };
         command.joint_velocity_reference_rad_per_s.fill(0.0);
-        let mut computed = None;
-        if mode == Mode::Holding {
-            own.rest();
+        if matches!(computed, Computed::Nothing) {
             command.status = Outcome::Held.code();
         } else {
-            let mut wanted = reference(&walk.evaluate(now_s), &deformation);
-            if let Some(feedback) = &mut self.feedback {
-                let last = self.whole_body.report().feet.each_ref().map(|foot| foot.wrench);
-                feedback.move_ankles(&deformation, last, &mut wanted.feet);
-            }
-            self.whole_body.step(own.state(), &wanted, CONTROL_PERIOD_S);
             let report = self.whole_body.report();
-            let held = report.status == StepStatus::Held;
-            computed = (!held).then(|| [0, 1].map(|foot| report.feet[foot].wrench));
-            self.held_in_a_row = if held { self.held_in_a_row + 1 } else { 0 };
-            self.summary.held += u64::from(held);
-            self.summary.solved += u64::from(report.status == StepStatus::Solved);
-            self.summary.by_backup += u64::from(report.answered_by == AnsweredBy::Backup);
-            let relaxed = if report.status == StepStatus::Relaxed { report.relaxed.as_slice() } else { &[] };
-            let order = &self.whole_body.settings().relaxation;
-            for gave_way in relaxed.iter().map(|relaxed| GaveWay::new(relaxed, order)) {
-                if self.summary.worst.is_none_or(|worst| gave_way.is_worse_than(&worst)) {
-                    self.summary.worst = Some(gave_way);
-                }
-            }
-            self.summary.relaxed += u64::from(report.status == StepStatus::Relaxed);
-            self.summary.com_error_m = report.body_error.fixed_rows::<3>(0).norm();
-            self.summary.collision_distance_m = report.distance_min_m;
-            own.advance(report);
-            let state = own.state();
             write_report(&mut command, report);
             let resting = self.joints.resting_rad();
             command.joint_position_reference_rad[..resting.len()].copy_from_slice(resting);
@@ -368,55 +391,63 @@ impl ControllerProcess {
             self.joints.to_interface(&state.v.as_slice()[base..], &mut command.joint_velocity_reference_rad_per_s);
             self.joints.to_interface(report.torques.as_slice(), &mut command.feed_forward_torque_nm);
         }
+        let model = self.whole_body.model();
+        forward_kinematics(model, &mut self.workspace, &state.q);
+        let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
+        let next = walk.planned.pattern.evaluate(inputs.next_s);
+        command.plan = convert::plan(&next, &state.q.base, &ankles, computed.wrenches());
+        self.last_command = Some(command);
+        command
+    }
+
+    /// How far robot and internal state are apart, for health.
+    fn compare_with_measured(&mut self, inputs: &Inputs, walk: &Tracking) {
         if let Some(feedback) = &self.feedback {
-            let distance = own.distance();
+            let distance = walk.internal.distance();
             (self.summary.base_distance_m, self.summary.base_distance_rad) = (distance.base_m, distance.base_rad);
             self.summary.feet_disagreement_m = feedback.estimate().disagreement_m;
         }
-        let model = self.whole_body.model();
-        let state = own.state();
-        forward_kinematics(model, &mut self.workspace, &state.q);
-        let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
-        command.plan = plan(&next, &state.q.base, &ankles, computed);
-        self.last_command = Some(command);
-        if state_usable {
-            self.observe(measured);
+        if inputs.usable {
+            self.summary.joint_distance_rad = (&self.measured.joints - &walk.internal.state().q.joints).amax();
         }
-        let start = if self.start.is_none() && tick >= 0 {
-            let stance =
-                if state_usable && mode == Mode::Standing { self.stance(measured, &deformation) } else { None };
-            let header = Header::new(tick, self.robot_fingerprint);
-            let tick_zero = self.settle.observe(tick, stance.as_ref())?;
-            tick_zero.map(|tick_zero| WalkStart { header, pattern_hash, tick_zero })
-        } else {
-            None
-        };
-        self.start = self.start.or(start);
-        Ok(Some(ControllerOutput { command, start, summary: self.summary }))
     }
 
-    /// A limit that gave way, in words.
-    #[must_use]
-    pub fn describe(&self, gave_way: &GaveWay) -> String {
-        let GaveWay { limit, index, amount, .. } = *gave_way;
-        let body = &self.whole_body;
-        let which = match limit {
-            Limit::JointMotion | Limit::Torque => body.model().joints()[index].name.clone(),
-            Limit::Collision => body.settings().collision.pairs[index].join(" and "),
-            _ => ["left", "right"][index.min(1)].to_string(),
-        };
-        format!("{limit} {which} by {amount:.3e} (SI units)")
+    /// Time zero, if the robot has now stood still for long enough.
+    fn decide_start(&mut self, inputs: &Inputs, mode: Mode, walk: &Tracking) -> Result<Option<WalkStart>, NotSettled> {
+        if walk.start.is_some() || inputs.tick < 0 {
+            return Ok(None);
+        }
+        let seen = inputs.usable && mode == Mode::Standing;
+        let stance = if seen { self.stance(&walk.deformation) } else { None };
+        let header = Header::new(inputs.tick, self.robot_fingerprint);
+        let tick_zero = self.settle.observe(inputs.tick, stance.as_ref())?;
+        Ok(tick_zero.map(|tick_zero| WalkStart { header, pattern_hash: walk.planned.hash, tick_zero }))
     }
 
-    fn is_usable(&self, deformation: &SoleDeformation) -> bool {
-        let ours = self.pattern.as_ref().is_some_and(|(hash, _)| *hash == deformation.pattern_hash);
-        ours && deformation.header.robot_fingerprint == self.robot_fingerprint && deformation.all_finite()
+    /// How the robot stands, from its encoders, its orientation and its feet; `None` without an orientation.
+    fn stance(&mut self, deformation: &SoleDeformation) -> Option<Stance> {
+        let imu_rotation = self.measured.imu_rotation?;
+        let model = self.whole_body.model();
+        forward_kinematics(model, &mut self.workspace, &self.posture);
+        let imu_in_base = self.workspace.placement(model, self.imu).rotation;
+        let base_rotation = imu_rotation * imu_in_base.transpose();
+        let ankle = |frame| base_rotation * self.workspace.placement(model, frame).translation;
+        Some(Stance {
+            base_rotation,
+            ankles_from_base_m: self.ankles.map(ankle),
+            measured_n: self.measured.vertical_n,
+            planned_n: [deformation.feet[0].planned_force_n[2], deformation.feet[1].planned_force_n[2]],
+        })
     }
 
     /// Where the walk begins: nearest to half-sitting with centre of mass, ankles and torso in place.
-    fn start_state(&self, walk: &WalkPattern, deformation: &SoleDeformation) -> Result<RobotState, ConfigurationError> {
+    fn start_state(
+        &self,
+        pattern: &WalkPattern,
+        deformation: &SoleDeformation,
+    ) -> Result<RobotState, ConfigurationError> {
         let model = self.whole_body.model();
-        let wanted = reference(&walk.evaluate(0.0), deformation);
+        let wanted = convert::reference(&pattern.evaluate(0.0), deformation);
         let targets = ConfigurationTargets {
             com: wanted.com_position,
             ankles: self.ankles,
@@ -429,30 +460,24 @@ impl ControllerProcess {
         let q = initial_configuration(model, &targets)?;
         Ok(RobotState { q, v: DVector::zeros(model.nv()) })
     }
+}
 
-    /// Takes the measured joints over and compares them with the model's.
-    fn observe(&mut self, measured: &StateMessage) {
-        self.joints.from_interface(&measured.joint_position_rad, self.measured.joints.as_mut_slice());
-        if let Some(state) = &self.state {
-            self.summary.joint_distance_rad = (&self.measured.joints - &state.state().q.joints).amax();
+/// What a tick has computed.
+enum Computed {
+    /// Nothing: the posture is held.
+    Nothing,
+    /// The step found no usable solution: the joints are brought to rest.
+    AtRest,
+    /// The wrenches of the ground on the feet about the ankles, world axes.
+    Wrenches([Wrench; 2]),
+}
+
+impl Computed {
+    fn wrenches(&self) -> Option<[Wrench; 2]> {
+        match self {
+            Self::Wrenches(wrenches) => Some(*wrenches),
+            Self::Nothing | Self::AtRest => None,
         }
-    }
-
-    /// How the robot stands, from its encoders, its orientation and its feet; `None` without an orientation.
-    fn stance(&mut self, measured: &StateMessage, deformation: &SoleDeformation) -> Option<Stance> {
-        let imu_rotation = unit_rotation(measured.imu_orientation_xyzw)?;
-        let model = self.whole_body.model();
-        // The measured configuration has its base at the origin.
-        forward_kinematics(model, &mut self.workspace, &self.measured);
-        let imu_in_base = self.workspace.placement(model, self.imu).rotation;
-        let base_rotation = imu_rotation * imu_in_base.transpose();
-        let ankle = |frame| base_rotation * self.workspace.placement(model, frame).translation;
-        Some(Stance {
-            base_rotation,
-            ankles_from_base_m: self.ankles.map(ankle),
-            measured_n: vertical_forces(measured),
-            planned_n: [deformation.feet[0].planned_force_n[2], deformation.feet[1].planned_force_n[2]],
-        })
     }
 }
 
@@ -471,28 +496,4 @@ fn write_report(command: &mut RobotCommand, report: &StepReport) {
     command.active_constraints = report.active.len() as u32;
     command.solver_residual = report.residuals.feasibility;
     command.solver_iterations = report.iterations;
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use wholebody::Limit as Kind;
-
-    #[test]
-    fn the_limit_that_should_have_given_way_last_is_the_worst_and_of_one_kind_the_larger_amount() {
-        let relaxed = |id, amount| Relaxation { id, amount, times: 1 };
-        let (torque, contact) = (ConstraintId::Torque(3), ConstraintId::Contact { foot: 1, axis: 2 });
-        for order in [[Kind::Torque, Kind::Contact], [Kind::Contact, Kind::Torque]] {
-            let settings = RelaxationSettings { order: order.to_vec(), ..RelaxationSettings::default() };
-            let gave_way = |id, amount| GaveWay::new(&relaxed(id, amount), &settings);
-            let is_torque_worse = order[1] == Kind::Torque;
-            for (torque_nm, contact_m_per_s2) in [(1.0, 100.0), (100.0, 1.0)] {
-                let [torque, contact] = [gave_way(torque, torque_nm), gave_way(contact, contact_m_per_s2)];
-                assert_eq!(torque.is_worse_than(&contact), is_torque_worse, "{order:?}");
-                assert_eq!(contact.is_worse_than(&torque), !is_torque_worse, "{order:?}");
-            }
-            assert!(gave_way(torque, 2.0).is_worse_than(&gave_way(torque, 1.0)));
-            assert!(!gave_way(torque, 1.0).is_worse_than(&gave_way(torque, 1.0)));
-        }
-    }
 }

@@ -1,10 +1,10 @@
 //! Estimates to messages.
 
 use messages::code::{NodeState, Outcome as OutcomeCode};
-use messages::{ContactNodes, FootDeformation, Header, MAX_CONTACT_NODES, SoleContact, SoleDeformation};
+use messages::{ContactNodes, FootDeformation, Header, MAX_CONTACT_NODES, SoleContact, SoleDeformation, row_major};
 use pattern::{FootReference, Reference};
 use sole::StanceEstimator;
-use spatial::{Mat3, Twist, Wrench};
+use spatial::{Twist, Wrench};
 
 use crate::{Estimator, FootEstimate, Outcome};
 
@@ -83,10 +83,6 @@ fn nodes_message(stance: &StanceEstimator) -> ContactNodes {
         out.state[node] = state.code();
     }
     out
-}
-
-fn row_major(m: &Mat3) -> [f64; 9] {
-    m.transpose().as_slice().try_into().expect("3 x 3 numbers")
 }
 
 fn six(twist: &Twist) -> [f64; 6] {

@@ -27,6 +27,10 @@ impl Program for Estimate {
         Some(self.process.robot_fingerprint())
     }
 
+    fn models(&self) -> Vec<String> {
+        self.process.models()
+    }
+
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
         // Not before there is work to do: who only checks a configuration leaves nothing behind.
         if let Err(error) = self.soles.write() {

@@ -97,6 +97,16 @@ impl EstimatorProcess {
         }
     }
 
+    /// What the soles model, one part a line.
+    #[must_use]
+    pub fn models(&self) -> Vec<String> {
+        let soles = self.soles[0].as_ref().map_or_else(
+            || "rigid".to_string(),
+            |sole| format!("{} contact points each", sole.model().contact_points().len()),
+        );
+        vec![format!("soles: {soles}")]
+    }
+
     /// The robot it was built for: messages of another one must not be used.
     #[must_use]
     pub fn robot_fingerprint(&self) -> u64 {

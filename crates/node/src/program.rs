@@ -28,6 +28,11 @@ pub trait Program: Sized {
     /// Fingerprint of the robot, whose messages alone are taken; `None`: any robot's.
     fn robot_fingerprint(&self) -> Option<u64>;
 
+    /// What it models, one part a line, for `--check`: a person sees what a scene is made of without running it.
+    fn models(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Works until the work is done or it is asked to stop.
     ///
     /// # Errors
@@ -77,7 +82,8 @@ fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.config)?.with_settings(&arguments.settings);
     let mut program = P::build(config.parse()?).map_err(|failure| failure.in_file(&arguments.config))?;
     if arguments.check {
-        return crate::say(&config.effective_text()).map_err(Failure::running);
+        let models: String = program.models().iter().map(|model| format!("# {model}\n")).collect();
+        return crate::say(&format!("{models}{}", config.effective_text())).map_err(Failure::running);
     }
     let opened = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments);
     // Who came as the owner left may have made what nobody else knows of.

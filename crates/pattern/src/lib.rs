@@ -38,6 +38,7 @@
 
 mod check;
 mod foothold;
+mod heading;
 mod phase;
 mod polynomial;
 mod reference;

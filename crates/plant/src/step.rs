@@ -259,9 +259,8 @@ impl Stepper {
     /// What a matrix made now would hold for.
     fn label(&self, feet: &[Foot; 2], step_s: f64) -> Label {
         // Order matters and a handful of joints is enough: Horner's rule with an odd factor.
-        let saturated = self.drives.iter().fold(1_u64, |hash, drive| {
-            hash.wrapping_mul(3).wrapping_add(u64::from(drive.saturated))
-        });
+        let saturated =
+            self.drives.iter().fold(1_u64, |hash, drive| hash.wrapping_mul(3).wrapping_add(u64::from(drive.saturated)));
         Label { feet: [feet[0].tangent_label(), feet[1].tangent_label()], saturated, step_s }
     }
 

@@ -121,7 +121,7 @@ fn check_plan(plan: &Plan) -> Result<(), ImpossibleCommand> {
 }
 
 fn rotation(row_major: &[f64; 9], whose: &'static str) -> Result<Mat3, ImpossibleCommand> {
-    let R = Mat3::from_row_slice(row_major);
+    let R = messages::from_row_major(row_major);
     let columns: [Vec3; 3] = [0, 1, 2].map(|i| R.column(i).into());
     let right_handed = columns[0].cross(&columns[1]).dot(&columns[2]) > 0.0;
     let orthonormal = (R * R.transpose() - Mat3::identity()).amax() <= ROTATION_ERROR_MAX;

@@ -1,12 +1,14 @@
 //! The plant's quantities to messages, and commands to the plant.
 
 use messages::code::Fall as FallCode;
-use messages::{Header, Plan as PlanMessage, RobotCommand, RobotState, Truth as TruthMessage};
+use messages::{
+    Header, Plan as PlanMessage, RobotCommand, RobotState, Truth as TruthMessage, from_row_major, row_major,
+};
 use multibody::Configuration;
 use nalgebra::{DVector, Vector2};
 use plant::{Fall, FallReason, FootPlan, Plan, PlantCommand, PlantSensors, Truth};
 use robot::JointMap;
-use spatial::{Mat3, Transform, Vec3, Vec6, Wrench, so3};
+use spatial::{Transform, Vec3, Vec6, Wrench, so3};
 
 /// What the robot measures, as its driver says it.
 pub(crate) fn state_message(header: Header, joints: &JointMap, sensors: &PlantSensors) -> RobotState {
@@ -53,12 +55,12 @@ pub(crate) fn plant_command(command: &RobotCommand, joints: &JointMap, torque_sh
 }
 
 fn base_pose(plan: &PlanMessage) -> Transform {
-    Transform::new(Mat3::from_row_slice(&plan.base_rotation), Vec3::from(plan.base_position_m))
+    Transform::new(from_row_major(&plan.base_rotation), Vec3::from(plan.base_position_m))
 }
 
 fn plan(message: &PlanMessage) -> Plan {
     let foot = |foot: &messages::PlanFoot| {
-        let ankle = Transform::new(Mat3::from_row_slice(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m));
+        let ankle = Transform::new(from_row_major(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m));
         let wrench = Wrench::from_vector(&Vec6::from(foot.wrench));
         // The plan's ground is z = 0.
         FootPlan::of_wrench(foot.in_contact == 1, foot.load_share, &wrench, ankle, 0.0)
@@ -122,10 +124,6 @@ pub(crate) fn fall_code(fall: &Fall) -> FallCode {
         FallReason::LinkLow(..) => FallCode::BodyContact,
         FallReason::NotFinite => FallCode::Diverged,
     }
-}
-
-fn row_major(m: &Mat3) -> [f64; 9] {
-    m.transpose().as_slice().try_into().expect("3 x 3 numbers")
 }
 
 #[cfg(test)]

@@ -30,6 +30,10 @@ impl Program for Simulate {
         Some(self.process.robot_fingerprint())
     }
 
+    fn models(&self) -> Vec<String> {
+        self.process.models()
+    }
+
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
         if shell.real_time() {
             return Err(Failure::unusable("the simulator runs in lock-step only: start it without --real-time"));

@@ -1,6 +1,8 @@
 //! The simulator's configuration.
 
 use multibody::Model;
+use plant::ground::GroundShape;
+use plant::sensor::SensorSettings;
 use plant::settings::DriveSettings;
 use plant::{PlantFrames, PlantSettings, PlantSoleSettings};
 use ranges::{OutOfRange, Range};
@@ -111,6 +113,38 @@ impl SimulatorSettings {
         WAIT_S.demand("run.settle_time_max_s", self.run.settle_time_max_s, settle)?;
         self.sole.check()?;
         self.plant.check().map_err(|wrong| wrong.under("plant"))
+    }
+
+    /// What the plant models, one part a line.
+    pub(crate) fn models(&self) -> Vec<String> {
+        let sole = &self.sole;
+        let mut soles = format!("soles: {:?}", sole.level).to_lowercase();
+        for (name, factor) in [
+            ("young_modulus_factor", sole.young_modulus_factor),
+            ("friction_factor", sole.friction_factor),
+            ("thickness_factor", sole.thickness_factor),
+        ] {
+            if factor != 1.0 {
+                soles += &format!(", {name} {factor}");
+            }
+        }
+        let ground = match &self.plant.ground.shape {
+            GroundShape::Flat => "flat".to_string(),
+            GroundShape::Slope { rise_x, rise_y } => format!("a slope of {rise_x} forward, {rise_y} to the left"),
+            GroundShape::Steps { rise_m, count, .. } => format!("{count} steps of {rise_m} m"),
+            GroundShape::Bumps { height_m, length_m } => format!("bumps of {height_m} m every {length_m} m"),
+            GroundShape::HeightField { heights_m, .. } => format!("a field of {} heights", heights_m.len()),
+        };
+        let exact = SensorSettings { seed: self.plant.sensors.seed, ..SensorSettings::default() };
+        let sensors = if self.plant.sensors == exact { "exact" } else { "with errors" };
+        let stabiliser = if self.plant.stabiliser.enabled { "on" } else { "off" };
+        vec![
+            soles,
+            format!("ground: {ground}, {} patches of other friction", self.plant.ground.friction_patches.len()),
+            format!("sensors: {sensors}"),
+            format!("stabiliser in the robot: {stabiliser}"),
+            format!("pushes: {}", self.plant.pushes.len()),
+        ]
     }
 
     /// Does the stabiliser, if there is one, keep to what the sole carries?

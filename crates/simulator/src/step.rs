@@ -180,6 +180,12 @@ impl SimulatorProcess {
         self.output()
     }
 
+    /// What the plant models, one part a line.
+    #[must_use]
+    pub fn models(&self) -> Vec<String> {
+        self.settings.models()
+    }
+
     /// Sums over the walk so far.
     #[must_use]
     pub fn figures(&self) -> &Figures {
@@ -193,7 +199,7 @@ impl SimulatorProcess {
     }
 
     fn walk_time_s(&self) -> f64 {
-        self.start.map_or(-CONTROL_PERIOD_S, |start| (self.tick - start.tick_zero) as f64 * CONTROL_PERIOD_S)
+        messages::timing::walk_time_s(self.start.as_ref(), self.tick)
     }
 
     fn output(&mut self) -> SimulatorOutput {

@@ -308,7 +308,8 @@ mod tests {
     #[test]
     fn a_store_in_memory_condenses_each_sole_once() {
         let mut store = Store::in_memory();
-        let models = [Level::Fem, Level::Lumped, Level::Fem].map(|level| store.condense(&settings(level)).expect("a sole"));
+        let models =
+            [Level::Fem, Level::Lumped, Level::Fem].map(|level| store.condense(&settings(level)).expect("a sole"));
         assert_eq!(models[0].compliance(), models[2].compliance());
         let sources: Vec<_> = store.starts().iter().map(|start| &start.source).collect();
         assert_eq!(sources, [&Source::Condensed, &Source::Condensed, &Source::Kept]);

@@ -25,13 +25,14 @@ use nalgebra::DVector;
 use qp::dense::{Interior, InteriorSettings, Solver};
 use robot::Robot;
 use spatial::{Mat6, Vec3, Vec6};
+use state::observer::{BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
+use state::{IntegrationMode, IntegrationSettings, InternalState};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
-use wholebody::observer::{BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
 use wholebody::{
-    Backend, FeedbackRates, Integration, LoadedSole, SoleYield, SoleYieldSettings, SolverSettings, StateIntegrator,
-    StepStatus, Timings, WholeBody, WholeBodySettings,
+    Backend, ComplianceFeedForward, ComplianceSettings, LoadedSole, SolverSettings, StepStatus, Timings, WholeBody,
+    WholeBodySettings,
 };
 
 /// Repeats of each walk.
@@ -134,7 +135,7 @@ fn run(model: &Model, settings: &WholeBodySettings, plan: &Walk, compare: Option
     out
 }
 
-/// What feedback adds to a period (us, per tick): the observer, drawing the own state towards it, both soles.
+/// What feedback adds to a period (us, per tick): the observer, blending the internal state with it, both soles.
 fn feedback(robot: &Robot, model: &Model, settings: &WholeBodySettings, plan: &Walk) -> Vec<f64> {
     let observer_settings = ObserverSettings {
         imu_link: robot.description.imu_frame.clone(),
@@ -144,15 +145,15 @@ fn feedback(robot: &Robot, model: &Model, settings: &WholeBodySettings, plan: &W
         velocity_time_s: 0.01,
         delay_s: PERIOD_S,
     };
-    let rates = FeedbackRates { base_pose: 5.0, base_twist: 5.0, joints: 0.0 };
+    let integration = IntegrationSettings { mode: IntegrationMode::Feedback, ..IntegrationSettings::default() };
     let mut body = WholeBody::new(model.clone(), settings.clone()).expect("settings fit the model");
     let mut observer = BaseObserver::new(model.clone(), observer_settings).expect("names fit the model");
-    let mut soles = [SoleYield::new(SoleYieldSettings { part: 0.5, time_s: 0.03 }); 2];
+    let mut soles = [ComplianceFeedForward::new(ComplianceSettings { part: 0.5, time_s: 0.03 }); 2];
     // About HRP-4's soles: 1 mm under 500 N, 1 degree under 10 N m.
     let compliance = Mat6::from_diagonal(&Vec6::new(-2e-6, -2e-6, -2e-6, -2e-3, -2e-3, -2e-3));
     let mut times = Vec::new();
     let start = start(model, settings, &plan.reference(0.0));
-    let mut own = StateIntegrator::new(Integration::Feedback(rates), start.clone());
+    let mut own = InternalState::new(&integration, start.clone());
     let mut measured = start;
     let mut joint_rates = DVector::zeros(model.joint_count());
     for tick in 0..(plan.duration_s() / PERIOD_S) as usize {

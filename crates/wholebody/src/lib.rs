@@ -43,9 +43,8 @@
 //! ([`WholeBody::last_program`]) and solved again with `soleus-inspect qp < FILE`.
 //!
 //! # State
-//! [`StateIntegrator`] turns accelerations into the state of the next step, open loop (the paper's) or drawn towards what
-//! [`observer::BaseObserver`] makes of the measurements. With feedback the step asks the ground for other wrenches than planned;
-//! [`SoleYield`] moves the stance ankles as the soles give way under them.
+//! A step is a function of the state that it is handed; whose state that is, the crate `state` says. With feedback the step asks the
+//! ground for other wrenches than planned; [`ComplianceFeedForward`] moves the stance ankles as the soles give way under them.
 //!
 //! # Time
 //! Libraries know no clock: [`WholeBody::set_clock`] takes one, and [`StepReport::timings`] then tells the stages apart.
@@ -71,8 +70,8 @@
 //!
 //! JVRC-1 is any robot: the benchmark takes a URDF and a file with feet, posture and capsules (`benches/jvrc1.toml`).
 //! The centre of mass's error is what sampling at 5 ms leaves, whoever solves. More generators than four per point buy 8 % of
-//! friction and cost a factor of 1.3 to 3; locking hands, wrists and neck saves a third. Feedback (observer, drawing the own state
-//! towards it, yielding soles) adds 1.4 us (p99 1.5).
+//! friction and cost a factor of 1.3 to 3; locking hands, wrists and neck saves a third. Feedback (observer, blending, compliance
+//! feed-forward) adds 1.4 us (p99 1.5).
 //!
 //! The slowest steps are those in which a foot takes or gives up its load, below a tenth of the weight: from one period to the next its
 //! forces move from one edge of the sole to another, and with 16 generators per point 10 to 20 of them come to rest at zero or leave it.
@@ -87,18 +86,16 @@
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod collision;
+mod compliance;
 mod constraint;
 mod error;
 mod fallback;
 mod formulation;
-mod integration;
 mod inverse_kinematics;
 mod layout;
-pub mod observer;
 mod reference;
 mod report;
 mod settings;
-mod sole_yield;
 mod solvers;
 mod step;
 mod task;
@@ -107,10 +104,10 @@ pub use collision::{
     Capsule, CollisionSettings, LinkCapsule, PairProposal, ProposalSettings, Proximity, SMOOTHING_M, Verdict,
     propose_pairs, proximity,
 };
+pub use compliance::{ComplianceFeedForward, ComplianceSettings, LoadedSole};
 pub use constraint::friction::FrictionCones;
 pub use constraint::limits::JointLimits;
 pub use error::WholeBodyError;
-pub use integration::{FeedbackRates, Integration, StateDistance, StateIntegrator};
 pub use inverse_kinematics::{ConfigurationError, ConfigurationTargets, initial_configuration};
 pub use layout::ConstraintId;
 pub use reference::{FootTarget, RobotState, WholeBodyReference};
@@ -122,5 +119,4 @@ pub use settings::{
     Backend, Backup, ConstraintSettings, FootSettings, Gains, Limit, MomentumSettings, PostureJoint,
     RelaxationSettings, SoleFace, SolverSettings, TaskSettings, WholeBodySettings,
 };
-pub use sole_yield::{LoadedSole, SoleYield, SoleYieldSettings};
 pub use step::{Clock, WholeBody};

@@ -4,11 +4,8 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use nalgebra::DVector;
-use spatial::Vec3;
 use support::{Joints, PERIOD_S, Walk, model, robot, settings, start};
-use wholebody::observer::{BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
-use wholebody::{AnsweredBy, FeedbackRates, Integration, RobotState, StateIntegrator, StepStatus, WholeBody};
+use wholebody::{AnsweredBy, StepStatus, WholeBody};
 
 fn allocations(work: impl FnOnce()) -> u64 {
     allocation_counter::measure(work).count_total
@@ -50,49 +47,4 @@ fn a_walk_with_contact_changes_and_a_contradiction_allocates_nothing() {
     }
     assert_eq!(count, 0);
     assert!(relaxed > 0, "the fallback was reached");
-}
-
-#[test]
-fn observing_the_base_and_drawing_the_own_state_towards_it_allocates_nothing() {
-    let robot = robot();
-    let model = model(&robot, Joints::Walking);
-    let settings = settings(&robot, &model);
-    let reference = Walk::straight(1).reference(0.0);
-    let state = start(&model, &settings, &reference);
-    let observer_settings = ObserverSettings {
-        imu_link: "imu".to_owned(),
-        ankle_links: settings.feet.each_ref().map(|foot| foot.ankle_link.clone()),
-        yaw: YawSource::Legs,
-        bias_time_s: 5.0,
-        velocity_time_s: 0.01,
-        delay_s: 0.02,
-    };
-    let mut observer = BaseObserver::new(model.clone(), observer_settings).expect("names fit");
-    let rates = FeedbackRates { base_pose: 5.0, base_twist: 5.0, joints: 1.0 };
-    let mut integrator = StateIntegrator::new(Integration::Feedback(rates), state.clone());
-    let joint_rates = DVector::zeros(model.joint_count());
-    let mut measured: RobotState = state.clone();
-    let count = allocations(|| {
-        for _ in 0..10 {
-            let estimate = observer.update(
-                &Measurement {
-                    joints: &state.q.joints,
-                    joint_rates: &joint_rates,
-                    imu_rotation: state.q.base.rotation,
-                    gyro: Vec3::zeros(),
-                    feet: reference.feet.map(|foot| FootAnchor {
-                        in_contact: foot.in_contact,
-                        load_share: foot.load_share,
-                        ankle_pose: foot.ankle_pose,
-                        ankle_twist: foot.ankle_twist,
-                    }),
-                },
-                PERIOD_S,
-            );
-            measured.q.base = estimate.pose;
-            integrator.begin(&model, Some(&measured), PERIOD_S);
-        }
-    });
-    assert_eq!(count, 0);
-    assert!(integrator.distance().base_m < 1e-6, "the observed base is that of the start");
 }

@@ -4,6 +4,7 @@
 mod checks;
 mod cost;
 mod hard_cases;
+mod heading;
 mod infeasible;
 mod motion;
 mod routes;

@@ -45,9 +45,7 @@ impl PoseDrivenContact {
         match self.past {
             Past::None => self.pose.point(p),
             Past::Given => self.given[point],
-            Past::Committed if self.states[point] == NodeState::Free => {
-                self.last.point(&(p + self.screen.u[point]))
-            }
+            Past::Committed if self.states[point] == NodeState::Free => self.last.point(&(p + self.screen.u[point])),
             Past::Committed => self.places[point].reference,
         }
     }

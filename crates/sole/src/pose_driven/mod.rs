@@ -35,8 +35,8 @@ mod tangent;
 use crate::list::List;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness};
 use crate::{Ground, NodeState, SoleModel};
-use scratch::Scratch;
 use nalgebra::Vector2;
+use scratch::Scratch;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench};
 use std::sync::Arc;
 

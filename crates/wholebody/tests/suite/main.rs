@@ -6,10 +6,8 @@ mod support;
 
 mod collision;
 mod fallback;
-mod integration;
 mod invariance;
 mod limits;
-mod observer;
 mod settings;
 mod start;
 mod tasks;

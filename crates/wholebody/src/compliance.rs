@@ -1,4 +1,4 @@
-//! Where a standing ankle goes when its sole carries another wrench than the planned one.
+//! Compliance feed-forward: where a standing ankle goes when its sole carries another wrench than the planned one.
 //!
 //! The estimator places the ankle for the *planned* wrench `W_p`. A step with feedback asks the ground for another one, `W`: that is how
 //! it pushes the centre of mass back. A robot with position-controlled joints gets the difference from its soles only if the feet move
@@ -23,9 +23,9 @@ const DISPLACEMENT_MAX_M: f64 = 0.005;
 /// Largest rotation of a sole from its plan (rad): 3 degrees; from 5 on linear elasticity is doubtful.
 const ROTATION_MAX_RAD: f64 = 0.05;
 
-/// Settings of [`SoleYield`].
+/// Settings of [`ComplianceFeedForward`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SoleYieldSettings {
+pub struct ComplianceSettings {
     /// Part of the sole's own answer, 0 to 1; 0 = the ankle stays where the plan has it.
     pub part: f64,
     /// Time constant `T` (s); 0 = none.
@@ -45,17 +45,17 @@ pub struct LoadedSole {
 
 /// Displacement of one sole from its plan, over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SoleYield {
-    settings: SoleYieldSettings,
+pub struct ComplianceFeedForward {
+    settings: ComplianceSettings,
     displacement: Vec6,
     /// Ankle from the sole's origin when the foot stood last, world axes (m).
     arm: Vec3,
 }
 
-impl SoleYield {
+impl ComplianceFeedForward {
     /// Nothing has given way yet.
     #[must_use]
-    pub fn new(settings: SoleYieldSettings) -> Self {
+    pub fn new(settings: ComplianceSettings) -> Self {
         Self { settings, displacement: Vec6::zeros(), arm: Vec3::zeros() }
     }
 
@@ -115,8 +115,8 @@ mod tests {
         on_sole.about(&(ankle().translation - sole().origin))
     }
 
-    fn now(part: f64) -> SoleYield {
-        SoleYield::new(SoleYieldSettings { part, time_s: 0.0 })
+    fn now(part: f64) -> ComplianceFeedForward {
+        ComplianceFeedForward::new(ComplianceSettings { part, time_s: 0.0 })
     }
 
     fn moved(part: f64, more: Wrench) -> Transform {
@@ -161,30 +161,30 @@ mod tests {
     #[test]
     fn it_comes_and_goes_with_its_time_constant_in_the_air_too() {
         let time_s = 0.05;
-        let mut sole_yield = SoleYield::new(SoleYieldSettings { part: 1.0, time_s });
+        let mut compliance = ComplianceFeedForward::new(ComplianceSettings { part: 1.0, time_s });
         let more = Wrench { force: Vec3::new(0.0, 0.0, 400.0), moment: sole().wrench.moment };
         let loaded = about_ankle(more);
         let mut height = 0.0;
         for _ in 0..10 {
             height =
-                sole_yield.update(Some(&sole()), &loaded, &ankle(), PERIOD_S).translation.z - ankle().translation.z;
+                compliance.update(Some(&sole()), &loaded, &ankle(), PERIOD_S).translation.z - ankle().translation.z;
         }
         let whole = 100.0 * PER_FORCE;
         assert!((height / whole - (1.0 - (-1.0_f64).exp())).abs() < 1e-9, "{height}");
         let left = |periods: usize| (-(periods as f64) * PERIOD_S / time_s).exp();
         for periods in 1..=10 {
-            let flying = sole_yield.update(None, &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
+            let flying = compliance.update(None, &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
             assert!((flying - ankle().translation.z - height * left(periods)).abs() < 1e-12);
         }
         // What is left when it stands again without load.
-        let back = sole_yield.update(Some(&sole()), &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
+        let back = compliance.update(Some(&sole()), &Wrench::zero(), &ankle(), PERIOD_S).translation.z;
         assert!((back - ankle().translation.z - height * left(11)).abs() < 1e-12);
         // A foot that lifts off while its sole is turned stays turned about where the sole was, wherever it flies.
         let loaded = about_ankle(Wrench { moment: sole().wrench.moment + Vec3::new(20.0, 0.0, 0.0), ..sole().wrench });
-        let mut sole_yield = SoleYield::new(SoleYieldSettings { part: 1.0, time_s });
-        let standing = sole_yield.update(Some(&sole()), &loaded, &ankle(), PERIOD_S);
+        let mut compliance = ComplianceFeedForward::new(ComplianceSettings { part: 1.0, time_s });
+        let standing = compliance.update(Some(&sole()), &loaded, &ankle(), PERIOD_S);
         let elsewhere = Transform::from_translation(Vec3::new(5.0, -1.0, 0.4));
-        let flying = sole_yield.update(None, &Wrench::zero(), &(elsewhere * ankle()), PERIOD_S);
+        let flying = compliance.update(None, &Wrench::zero(), &(elsewhere * ankle()), PERIOD_S);
         let [turned, still_turned] = [standing, flying].map(|pose| so3::log(&pose.rotation));
         assert!((still_turned - left(1) * turned).norm() < 1e-15 && turned.norm() > 1e-3);
         let arm = ankle().translation - sole().origin;

@@ -1,41 +1,20 @@
 //! From accelerations to the state of the next step: two modes.
 //!
-//! **Open loop** (the paper's, default): the controller integrates its own full state; measurements serve health only, and
-//! the distance between the two is reported. It cannot be destabilised by sensors, and cannot react to anything either.
+//! **Open loop** (the paper's, default): the internal state is integrated from the steps' results alone; measurements serve health only,
+//! and the distance between the two is reported. It cannot be destabilised by sensors, and cannot react to anything either.
 //!
-//! **Feedback**: before each step the own state is drawn towards the measured one, `q <- q (+) alpha (q_m (-) q)`,
+//! **Feedback**: before each step the internal state is blended with the measured one, `q <- q (+) alpha (q_m (-) q)`,
 //! `v <- v + alpha (v_m - v)` with `alpha = 1 - exp(-rate dt)`, separately for the base's pose and twist and for the joints. An infinite
 //! rate takes the measurement as it is. With position-controlled joints a rate of 2 to 20 /s for the base and 0 for the joints reacts to
 //! what happens to the body without feeding the servos' lag back into the references: a rate of 1 /s for the joints is an integral of that
-//! lag. On soft soles it takes [`SoleYield`](crate::SoleYield), too.
+//! lag. On soft soles it takes [`ComplianceFeedForward`](wholebody::ComplianceFeedForward), too.
 
-use crate::reference::RobotState;
-use crate::report::StepReport;
+use crate::settings::{IntegrationMode, IntegrationSettings};
 use multibody::Model;
 use nalgebra::DVector;
+use wholebody::{RobotState, StepReport};
 
-/// Which state a step starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Integration {
-    /// The last step's result.
-    #[default]
-    OpenLoop,
-    /// The last step's result, drawn towards the measurement.
-    Feedback(FeedbackRates),
-}
-
-/// How fast the own state goes to the measured one (1/s); 0 = not at all, infinite = the measurement itself.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct FeedbackRates {
-    /// Pose of the base.
-    pub base_pose: f64,
-    /// Twist of the base.
-    pub base_twist: f64,
-    /// Joint positions and rates.
-    pub joints: f64,
-}
-
-/// How far the controller's own state is from the measured one.
+/// How far the internal state is from the measured one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StateDistance {
     /// Base position (m).
@@ -46,21 +25,28 @@ pub struct StateDistance {
     pub joints_rad: f64,
 }
 
-/// The controller's own state over time.
-pub struct StateIntegrator {
-    mode: Integration,
+/// The internal state over time.
+pub struct InternalState {
+    /// Rates (1/s) of the base's pose, of its twist and of the joints; `None` in open loop.
+    rates_per_s: Option<[f64; 3]>,
     state: RobotState,
     difference: DVector<f64>,
     next: RobotState,
     distance: StateDistance,
 }
 
-impl StateIntegrator {
+impl InternalState {
     /// Starts at a state.
     #[must_use]
-    pub fn new(mode: Integration, start: RobotState) -> Self {
+    pub fn new(settings: &IntegrationSettings, start: RobotState) -> Self {
+        let rates_per_s = match settings.mode {
+            IntegrationMode::OpenLoop => None,
+            IntegrationMode::Feedback => {
+                Some([settings.base_pose_rate_per_s, settings.base_twist_rate_per_s, settings.joint_rate_per_s])
+            }
+        };
         let difference = DVector::zeros(start.v.len());
-        Self { mode, next: start.clone(), state: start, difference, distance: StateDistance::default() }
+        Self { rates_per_s, next: start.clone(), state: start, difference, distance: StateDistance::default() }
     }
 
     /// The state from which the next step starts. Call once per period, with the measured state if there is one.
@@ -75,9 +61,8 @@ impl StateIntegrator {
             base_rad: norm(&d[3.min(base)..base]),
             joints_rad: d[base..].iter().fold(0.0, |s: f64, x| s.max(x.abs())),
         };
-        if let Integration::Feedback(rates) = self.mode {
-            let [pose, twist, joints] =
-                [rates.base_pose, rates.base_twist, rates.joints].map(|rate| 1.0 - (-rate * dt_s).exp());
+        if let Some(rates_per_s) = self.rates_per_s {
+            let [pose, twist, joints] = rates_per_s.map(|rate| 1.0 - (-rate * dt_s).exp());
             for i in 0..self.difference.len() {
                 let (gain, velocity_gain) = if i < base { (pose, twist) } else { (joints, joints) };
                 self.difference[i] *= gain;
@@ -96,12 +81,12 @@ impl StateIntegrator {
         self.state.v.copy_from(&report.v_next);
     }
 
-    /// Brings the own state to rest where it is.
+    /// Brings it to rest where it is.
     pub fn rest(&mut self) {
         self.state.v.fill(0.0);
     }
 
-    /// The controller's own state.
+    /// Configuration and velocity.
     #[must_use]
     pub fn state(&self) -> &RobotState {
         &self.state

@@ -60,8 +60,11 @@ const TIME_MAX_S: f64 = 86_400.0;
 const LEAD_TICKS: Range = Range::between(1.0, 2000.0);
 
 impl SettleSettings {
-    /// Can the robot ever stand so still?
-    pub(crate) fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
+    /// Can the robot ever stand so still, as it is seen at this control period (s)?
+    ///
+    /// # Errors
+    /// The first setting that excludes it, by its key below `settle`.
+    pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
         for (key, found, most) in [
             ("settle.base_speed_max_m_per_s", self.base_speed_max_m_per_s, 10.0),
             ("settle.base_rate_max_deg_per_s", self.base_rate_max_deg_per_s, 360.0),

@@ -20,6 +20,7 @@
 
 use multibody::{Configuration, FrameIndex, Model, ModelError, Workspace, forward_kinematics_velocity};
 use nalgebra::DVector;
+use serde::Deserialize;
 use spatial::{Mat3, Transform, Twist, Vec3, so3};
 
 /// From this difference between gyro and turning orientation on (rad/s) the orientation has jumped: noise of 1 mrad on it makes 0.3 at
@@ -27,9 +28,10 @@ use spatial::{Mat3, Transform, Twist, Vec3, so3};
 const JUMP_RAD_PER_S: f64 = 5.0;
 
 /// Where the yaw comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum YawSource {
-    /// The stance feet: free of the inertial unit's drift.
+    /// The stance feet: free of the inertial unit's drift, and of whatever it calls north.
     #[default]
     Legs,
     /// The inertial unit.

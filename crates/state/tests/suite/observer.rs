@@ -5,8 +5,8 @@ use multibody::{Model, Workspace, forward_kinematics_velocity};
 use nalgebra::DVector;
 use robot::Robot;
 use spatial::{Mat3, Transform, Vec3, so3};
+use state::observer::{Anchoring, BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
 use std::collections::VecDeque;
-use wholebody::observer::{Anchoring, BaseObserver, FootAnchor, Measurement, ObserverSettings, YawSource};
 use wholebody::{RobotState, WholeBody};
 
 struct Random(u64);

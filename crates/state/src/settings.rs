@@ -1,10 +1,9 @@
 //! Section `[integration]`: from accelerations to the state of the next step.
 
-use messages::CONTROL_PERIOD_S;
+use crate::observer::YawSource;
 use ranges::{OutOfRange, Range};
 use serde::Deserialize;
-use wholebody::observer::YawSource;
-use wholebody::{FeedbackRates, Integration, SoleYieldSettings};
+use wholebody::ComplianceSettings;
 
 /// Which state a step starts from, and how much of what is measured is in it. All but `mode` counts in feedback only.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -12,7 +11,7 @@ use wholebody::{FeedbackRates, Integration, SoleYieldSettings};
 pub struct IntegrationSettings {
     /// Which of the two.
     pub mode: IntegrationMode,
-    /// How fast the own base goes to the observed one: position and orientation (1/s). 2 to 20: below the robot's rocking on its soles
+    /// How fast the internal base goes to the observed one: position and orientation (1/s). 2 to 20: below the robot's rocking on its soles
     /// (8 rad/s) it sees too little of a push, above it the noise. 0 = not at all.
     pub base_pose_rate_per_s: f64,
     /// The same for its velocity and angular velocity (1/s).
@@ -22,16 +21,17 @@ pub struct IntegrationSettings {
     /// Age of what the robot measures when it arrives (ticks). It is carried forward with the velocities found.
     pub measurement_delay_ticks: u32,
     /// Where the yaw comes from.
-    pub yaw: Yaw,
+    pub yaw: YawSource,
     /// Time constant of the gyro's bias (s).
     pub gyro_bias_time_s: f64,
     /// Time constant of the low-pass on the base's velocity (s): it has the noise of the joint rates times the leg's length. 0 = none.
     pub velocity_time_s: f64,
-    /// Part of a sole's own answer to the wrench that the step asks for, by which the ankle moves: [`wholebody::SoleYield`]. 0 = none.
-    pub sole_yield: f64,
+    /// Part of a sole's own answer to the wrench that the step asks for, by which the ankle moves:
+    /// [`wholebody::ComplianceFeedForward`]. 0 = none.
+    pub compliance_feed_forward: f64,
     /// Time constant of that (s), and of how it is lost in the air.
-    pub sole_yield_time_s: f64,
-    /// A base observed farther from the own one is not believed (m).
+    pub compliance_time_s: f64,
+    /// A base observed farther from the internal one is not believed (m).
     pub distance_max_m: f64,
     /// The same for its orientation (rad).
     pub distance_max_rad: f64,
@@ -43,27 +43,8 @@ pub struct IntegrationSettings {
 pub enum IntegrationMode {
     /// The last step's result, as in the paper.
     OpenLoop,
-    /// That, drawn towards what is measured.
+    /// That, blended with what is measured.
     Feedback,
-}
-
-/// Where the observer takes the yaw from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Yaw {
-    /// The stance feet: free of the inertial unit's drift, and whatever it calls north.
-    Legs,
-    /// The inertial unit.
-    InertialUnit,
-}
-
-impl From<Yaw> for YawSource {
-    fn from(yaw: Yaw) -> Self {
-        match yaw {
-            Yaw::Legs => Self::Legs,
-            Yaw::InertialUnit => Self::InertialUnit,
-        }
-    }
 }
 
 impl Default for IntegrationSettings {
@@ -74,11 +55,11 @@ impl Default for IntegrationSettings {
             base_twist_rate_per_s: 5.0,
             joint_rate_per_s: 0.0,
             measurement_delay_ticks: 0,
-            yaw: Yaw::Legs,
+            yaw: YawSource::Legs,
             gyro_bias_time_s: 5.0,
             velocity_time_s: 0.01,
-            sole_yield: 0.5,
-            sole_yield_time_s: 0.03,
+            compliance_feed_forward: 0.5,
+            compliance_time_s: 0.03,
             distance_max_m: 0.1,
             distance_max_rad: 0.3,
         }
@@ -89,10 +70,13 @@ impl Default for IntegrationSettings {
 const DELAY_MAX_TICKS: u32 = 100;
 
 impl IntegrationSettings {
-    /// Is every number one that can be?
-    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+    /// Is every number one that can be, at this control period (s)?
+    ///
+    /// # Errors
+    /// The first that is not, by its key below `integration`.
+    pub fn check(&self, period_s: f64) -> Result<(), OutOfRange> {
         // A rate of one per control period takes over 63 % at once.
-        let rate = Range::between(0.0, 1.0 / CONTROL_PERIOD_S);
+        let rate = Range::between(0.0, 1.0 / period_s);
         rate.demand("integration.base_pose_rate_per_s", self.base_pose_rate_per_s, "2 to 20 is useful")?;
         rate.demand("integration.base_twist_rate_per_s", self.base_twist_rate_per_s, "2 to 20 is useful")?;
         rate.demand("integration.joint_rate_per_s", self.joint_rate_per_s, "0 for drives that follow positions")?;
@@ -102,25 +86,16 @@ impl IntegrationSettings {
         Range::between(0.1, 1e6).demand("integration.gyro_bias_time_s", self.gyro_bias_time_s, "1 to 20 is useful")?;
         let (part, time, distance) = (Range::between(0.0, 1.0), Range::between(0.0, 1.0), Range::between(0.001, 1.0));
         time.demand("integration.velocity_time_s", self.velocity_time_s, "0.01 is usual, 0 is none")?;
-        part.demand("integration.sole_yield", self.sole_yield, "0.5 is usual, 0 is none")?;
-        time.demand("integration.sole_yield_time_s", self.sole_yield_time_s, "0.03 is usual, 0 is none")?;
+        part.demand("integration.compliance_feed_forward", self.compliance_feed_forward, "0.5 is usual, 0 is none")?;
+        time.demand("integration.compliance_time_s", self.compliance_time_s, "0.03 is usual, 0 is none")?;
         distance.demand("integration.distance_max_m", self.distance_max_m, "0.1 is usual")?;
         distance.demand("integration.distance_max_rad", self.distance_max_rad, "0.3 is usual")
     }
 
-    pub(crate) fn integration(&self) -> Integration {
-        match self.mode {
-            IntegrationMode::OpenLoop => Integration::OpenLoop,
-            IntegrationMode::Feedback => Integration::Feedback(FeedbackRates {
-                base_pose: self.base_pose_rate_per_s,
-                base_twist: self.base_twist_rate_per_s,
-                joints: self.joint_rate_per_s,
-            }),
-        }
-    }
-
-    pub(crate) fn sole_yield(&self) -> SoleYieldSettings {
-        SoleYieldSettings { part: self.sole_yield, time_s: self.sole_yield_time_s }
+    /// How the ankles follow their soles.
+    #[must_use]
+    pub fn compliance(&self) -> ComplianceSettings {
+        ComplianceSettings { part: self.compliance_feed_forward, time_s: self.compliance_time_s }
     }
 }
 
@@ -128,26 +103,10 @@ impl IntegrationSettings {
 mod tests {
     use super::*;
 
-    #[test]
-    fn every_rate_goes_where_it_belongs() {
-        let settings = IntegrationSettings {
-            mode: IntegrationMode::Feedback,
-            base_pose_rate_per_s: 1.0,
-            base_twist_rate_per_s: 2.0,
-            joint_rate_per_s: 3.0,
-            sole_yield: 0.4,
-            sole_yield_time_s: 0.5,
-            ..Default::default()
-        };
-        let rates = FeedbackRates { base_pose: 1.0, base_twist: 2.0, joints: 3.0 };
-        assert_eq!(settings.integration(), Integration::Feedback(rates));
-        assert_eq!(settings.sole_yield(), SoleYieldSettings { part: 0.4, time_s: 0.5 });
-        let open_loop = IntegrationSettings { mode: IntegrationMode::OpenLoop, ..settings };
-        assert_eq!(open_loop.integration(), Integration::OpenLoop);
-    }
+    const PERIOD_S: f64 = 0.005;
 
     #[test]
-    fn numbers_beyond_their_range_are_refused_with_the_full_key_and_those_at_its_ends_are_not() {
+    fn numbers_beyond_their_range_are_refused_with_the_full_key() {
         type Field = fn(&mut IntegrationSettings) -> &mut f64;
         let fields: [(&str, Field, [f64; 2]); 9] = [
             ("integration.base_pose_rate_per_s", |s| &mut s.base_pose_rate_per_s, [0.0, 200.0]),
@@ -155,15 +114,15 @@ mod tests {
             ("integration.joint_rate_per_s", |s| &mut s.joint_rate_per_s, [0.0, 200.0]),
             ("integration.gyro_bias_time_s", |s| &mut s.gyro_bias_time_s, [0.1, 1e6]),
             ("integration.velocity_time_s", |s| &mut s.velocity_time_s, [0.0, 1.0]),
-            ("integration.sole_yield", |s| &mut s.sole_yield, [0.0, 1.0]),
-            ("integration.sole_yield_time_s", |s| &mut s.sole_yield_time_s, [0.0, 1.0]),
+            ("integration.compliance_feed_forward", |s| &mut s.compliance_feed_forward, [0.0, 1.0]),
+            ("integration.compliance_time_s", |s| &mut s.compliance_time_s, [0.0, 1.0]),
             ("integration.distance_max_m", |s| &mut s.distance_max_m, [0.001, 1.0]),
             ("integration.distance_max_rad", |s| &mut s.distance_max_rad, [0.001, 1.0]),
         ];
         let with = |field: Field, value: f64| {
             let mut settings = IntegrationSettings::default();
             *field(&mut settings) = value;
-            settings.check()
+            settings.check(PERIOD_S)
         };
         for (key, field, [least, most]) in fields {
             with(field, least).expect(key);
@@ -173,7 +132,7 @@ mod tests {
                 assert!(said.contains(&format!("`{key}` is {}", ranges::number(wrong))), "{said}");
             }
         }
-        let late = |ticks| IntegrationSettings { measurement_delay_ticks: ticks, ..Default::default() }.check();
+        let late = |ticks| IntegrationSettings { measurement_delay_ticks: ticks, ..Default::default() }.check(PERIOD_S);
         late(100).expect("half a second");
         let said = late(101).expect_err("more").to_string();
         assert!(
