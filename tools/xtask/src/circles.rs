@@ -38,6 +38,7 @@ const LEFT: &[(&str, &[&str])] = &[
     ("recording", &["chunk", "record"]),
     ("sole", &["equilibrium", "estimate", "stiffness"]),
     ("sole_mesh", &["error", "mesh"]),
+    ("sole_mesh", &["msh", "msh_file"]),
 ];
 
 /// Modules and those they use.
