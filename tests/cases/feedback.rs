@@ -42,7 +42,14 @@ fn feedback_across_processes_is_that_of_one_thread_to_the_bit_and_health_and_sum
     let (mut compared, mut told) = (0, [0.0_f64; 4]);
     for message in &health {
         if let Some(values) = seen.get(&message.header.tick).filter(|_| message.cycles > 0) {
-            assert_eq!(&message.values[11..15], values, "tick {}", message.header.tick);
+            let said = &message.controller;
+            let said = [
+                said.base_distance_m,
+                said.base_distance_rad,
+                said.feet_disagreement_m,
+                said.measurements_refused as f64,
+            ];
+            assert_eq!(&said, values, "tick {}", message.header.tick);
             compared += 1;
             told = std::array::from_fn(|i| told[i].max(values[i]));
         }

@@ -17,7 +17,7 @@ use std::path::Path;
 /// Columns of the file, in order: centre of mass and ZMP, heights of the soles, vertical forces, energies.
 fn row(truth: &Truth) -> [f64; 13] {
     let (com, zmp, sole) = (truth.com_position_m, truth.zmp_m, truth.sole_position_m);
-    let force = truth.foot_wrench;
+    let force = truth.foot_wrench_n_nm;
     let [x_m, y_m, z_m] = com;
     let [left, right] = sole;
     let (loads_n, stored_j) = ([force[0][2], force[1][2]], truth.elastic_energy_j);

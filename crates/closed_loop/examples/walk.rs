@@ -40,8 +40,8 @@ fn main() -> anyhow::Result<()> {
                 t.zmp_m[1],
                 c.plan.zmp_m[0],
                 c.plan.zmp_m[1],
-                t.foot_wrench[0][2],
-                t.foot_wrench[1][2],
+                t.foot_wrench_n_nm[0][2],
+                t.foot_wrench_n_nm[1][2],
                 c.mode,
                 c.status
             );

@@ -138,8 +138,8 @@ fn commands_that_no_robot_could_follow_are_counted_and_change_nothing() {
     for (_, _, command) in &said {
         let mut impossible = *command;
         impossible.header.tick += 1000;
-        impossible.plan.feet[0].wrench[2] = -200.0;
-        impossible.plan.feet[1].wrench[2] = 20.0;
+        impossible.plan.feet[0].wrench_n_nm[2] = -200.0;
+        impossible.plan.feet[1].wrench_n_nm[2] = 20.0;
         told.take_command(&impossible);
         for simulator in [&mut told, &mut left_alone] {
             simulator.take_command(command);

@@ -121,7 +121,7 @@ fn asymmetry(robot: &Path, sole: Option<&TempDir>, settings: &[&str], ankle_heig
         for foot in 0..2 {
             let (this, that) = (&a.deformation.feet[foot], &b.deformation.feet[1 - foot]);
             ankles_m = ankles_m.max(apart(this.ankle_position_m, mirrored(that.ankle_position_m)));
-            if this.in_contact != 0 {
+            if this.loaded != 0 {
                 sunk_m = sunk_m.max(ankle_height_m - this.ankle_position_m[2]);
             }
         }

@@ -45,7 +45,7 @@ fn eleven_swings_on_soft_soles_go_half_a_metre() {
         if tick.start.is_some() {
             // Standing still for half a second the soles are springs: half the wrench times the way and the turn that it has made.
             let by_spring = |foot: usize| {
-                let (w, r) = (tick.truth.foot_wrench[foot], tick.truth.sole_rotation[foot]);
+                let (w, r) = (tick.truth.foot_wrench_n_nm[foot], tick.truth.sole_rotation[foot]);
                 let (sink_m, roll_rad, pitch_rad) = (tick.truth.sole_position_m[foot][2], r[7], -r[6]);
                 -0.5 * (w[2] * sink_m + w[3] * roll_rad + w[4] * pitch_rad)
             };
@@ -54,14 +54,14 @@ fn eleven_swings_on_soft_soles_go_half_a_metre() {
             let part = tick.truth.elastic_energy_j / spring_j;
             assert!(spring_j > 0.05 && (part - 1.0).abs() < 0.02, "{} J of {spring_j}", tick.truth.elastic_energy_j);
         }
-        carried += tick.truth.foot_wrench[0][2] + tick.truth.foot_wrench[1][2];
+        carried += tick.truth.foot_wrench_n_nm[0][2] + tick.truth.foot_wrench_n_nm[1][2];
         assert_eq!(tick.command.status, Outcome::Solved.code(), "tick {}", tick.state.header.tick);
         for foot in &tick.deformation.feet {
             assert_eq!(foot.age_ticks, 0, "tick {}", tick.state.header.tick);
             assert!(foot.residual < 1e-8);
         }
         // What the soles carry is what moves the robot: Newton's law for the whole body, from contact to acceleration.
-        let vertical = tick.truth.foot_wrench[0][2] + tick.truth.foot_wrench[1][2];
+        let vertical = tick.truth.foot_wrench_n_nm[0][2] + tick.truth.foot_wrench_n_nm[1][2];
         let needed = 39.0 * (tick.truth.com_acceleration_m_per_s2[2] + 9.81);
         assert!((vertical - needed).abs() < 1e-3 * weight_n, "{vertical} N carried, {needed} N needed");
     });

@@ -33,11 +33,11 @@ fn ankle_pose(foot: &FootDeformation) -> Transform {
 
 fn foot_target(foot: &FootDeformation) -> FootTarget {
     FootTarget {
-        in_contact: foot.in_contact == 1,
+        in_contact: foot.loaded == 1,
         load_share: foot.load_share,
         ankle_pose: ankle_pose(foot),
-        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist)),
-        ankle_acceleration: Twist::from_vector(&Vec6::from(foot.ankle_acceleration)),
+        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist_m_rad_per_s)),
+        ankle_acceleration: Twist::from_vector(&Vec6::from(foot.ankle_acceleration_m_rad_per_s2)),
         // The plan has no vertical moment at the ZMP.
         wrench: Wrench { force: Vec3::from(foot.planned_force_n), moment: Vec3::zeros() },
         zmp: Vector2::from(foot.planned_zmp_m),
@@ -69,10 +69,10 @@ pub(crate) fn plan(
     let foot = |index: usize| {
         let (planned, ankle) = (&pattern.feet[index], &ankles[index]);
         PlanFoot {
-            in_contact: u32::from(planned.in_contact),
+            loaded: u32::from(planned.in_contact),
             reserved: 0,
             load_share: planned.share.value,
-            wrench: wrenches[index].to_vector().into(),
+            wrench_n_nm: wrenches[index].to_vector().into(),
             ankle_position_m: ankle.translation.into(),
             ankle_rotation: row_major(&ankle.rotation),
         }
@@ -96,16 +96,16 @@ pub(crate) fn measured(state: &StateMessage, joints: &JointMap, measured: &mut M
     joints.from_interface(&state.joint_velocity_rad_per_s, measured.joint_rates.as_mut_slice());
     measured.imu_rotation = unit_rotation(state.imu_orientation_xyzw);
     measured.gyro = Vec3::from(state.gyro_rad_per_s);
-    measured.vertical_n = state.foot_wrench.map(|wrench| wrench[2]);
+    measured.vertical_n = state.foot_wrench_n_nm.map(|wrench| wrench[2]);
 }
 
 /// A standing foot as the observer's anchor.
 pub(crate) fn foot_anchor(foot: &FootDeformation) -> FootAnchor {
     FootAnchor {
-        in_contact: foot.in_contact == 1,
+        in_contact: foot.loaded == 1,
         load_share: foot.load_share,
         ankle_pose: ankle_pose(foot),
-        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist)),
+        ankle_twist: Twist::from_vector(&Vec6::from(foot.ankle_twist_m_rad_per_s)),
     }
 }
 
@@ -114,9 +114,9 @@ pub(crate) fn loaded_sole(foot: &FootDeformation) -> LoadedSole {
     LoadedSole {
         origin: Vec3::from(foot.sole_position_m),
         wrench: Wrench {
-            force: Vec3::from_column_slice(&foot.wrench[..3]),
-            moment: Vec3::from_column_slice(&foot.wrench[3..]),
+            force: Vec3::from_column_slice(&foot.wrench_n_nm[..3]),
+            moment: Vec3::from_column_slice(&foot.wrench_n_nm[3..]),
         },
-        compliance: Mat6::from_row_slice(&foot.compliance),
+        compliance: Mat6::from_row_slice(&foot.compliance_m_rad_per_n_nm),
     }
 }

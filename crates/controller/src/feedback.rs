@@ -99,11 +99,11 @@ mod tests {
     fn soles(tick: i64) -> SoleDeformation {
         let mut deformation = SoleDeformation { header: Header::new(tick, 1), ..Default::default() };
         for foot in &mut deformation.feet {
-            foot.in_contact = 1;
+            foot.loaded = 1;
             foot.load_share = 0.5;
             foot.ankle_position_m = [ANKLE_SPEED_M_PER_S * tick as f64 * CONTROL_PERIOD_S, 0.0, 0.1];
             foot.ankle_rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-            foot.ankle_twist[0] = ANKLE_SPEED_M_PER_S;
+            foot.ankle_twist_m_rad_per_s[0] = ANKLE_SPEED_M_PER_S;
         }
         deformation
     }
@@ -215,8 +215,8 @@ mod tests {
         let mut feedback = bench(settings).feedback;
         let mut loaded = soles(0);
         for foot in &mut loaded.feet {
-            foot.wrench[2] = 200.0;
-            foot.compliance[14] = -2e-6; // m/N, vertical
+            foot.wrench_n_nm[2] = 200.0;
+            foot.compliance_m_rad_per_n_nm[14] = -2e-6; // m/N, vertical
         }
         let ankle = Transform::from_translation(Vec3::new(0.0, 0.1, 0.1));
         let height = |feedback: &mut Feedback, in_contact: bool, force_n: f64| {
@@ -277,7 +277,7 @@ mod tests {
         };
         let resting = |tick| {
             let mut sole = soles(tick);
-            sole.feet.iter_mut().for_each(|foot| foot.ankle_twist[0] = 0.0);
+            sole.feet.iter_mut().for_each(|foot| foot.ankle_twist_m_rad_per_s[0] = 0.0);
             sole
         };
         // The first one is that of `base`, whose soles moved.

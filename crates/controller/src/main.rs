@@ -2,7 +2,7 @@
 
 use controller::{ControllerProcess, ControllerSettings, Summary};
 use messages::code::{Mode, Process, Reason, State};
-use messages::topic;
+use messages::{ControllerFigures, topic};
 use node::{End, Failure, Program, Shell};
 use programs::ProgramWriter;
 
@@ -74,23 +74,7 @@ impl Program for Control {
                 figures.solver_residual = output.command.solver_residual;
                 figures.walk_time_s = output.command.walk_time_s;
                 figures.late = output.summary.deformation_missing;
-                figures.values[..15].copy_from_slice(&[
-                    output.summary.relaxed as f64,
-                    output.summary.held as f64,
-                    output.summary.state_refused as f64,
-                    output.summary.joint_distance_rad,
-                    output.summary.com_error_m,
-                    output.summary.collision_distance_m,
-                    output.summary.solved as f64,
-                    output.summary.worst.map_or(0.0, |worst| f64::from(worst.limit.code())),
-                    output.summary.worst.map_or(0.0, |worst| worst.index as f64),
-                    output.summary.worst.map_or(0.0, |worst| worst.amount),
-                    output.summary.by_backup as f64,
-                    output.summary.base_distance_m,
-                    output.summary.base_distance_rad,
-                    output.summary.feet_disagreement_m,
-                    output.summary.measurements_refused as f64,
-                ]);
+                figures.controller = controller_figures(&output.summary);
             }
             shell.cycle_ends(state.header.tick)?;
         }
@@ -124,6 +108,27 @@ impl Control {
         if let (None, Some(reason)) = (before.holding, now.holding) {
             tracing::warn!("tick {tick}: the posture is held: {reason}");
         }
+    }
+}
+
+fn controller_figures(summary: &Summary) -> ControllerFigures {
+    let worst = summary.worst.as_ref();
+    ControllerFigures {
+        steps_solved: summary.solved,
+        steps_relaxed: summary.relaxed,
+        steps_held: summary.held,
+        steps_by_backup: summary.by_backup,
+        states_refused: summary.state_refused,
+        measurements_refused: summary.measurements_refused,
+        joint_distance_max_rad: summary.joint_distance_rad,
+        com_distance_m: summary.com_error_m,
+        collision_distance_m: summary.collision_distance_m,
+        worst_limit: worst.map_or(0, |worst| worst.limit.code()),
+        worst_limit_index: worst.map_or(0, |worst| worst.index as u32),
+        worst_limit_amount: worst.map_or(0.0, |worst| worst.amount),
+        base_distance_m: summary.base_distance_m,
+        base_distance_rad: summary.base_distance_rad,
+        feet_disagreement_m: summary.feet_disagreement_m,
     }
 }
 

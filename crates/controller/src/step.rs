@@ -16,7 +16,8 @@ use state::{
     FeedbackFrames, IntegrationMode, IntegrationSettings, InternalState, Measured, NotSettled, SettleDetector, Stance,
 };
 use wholebody::{
-    ConfigurationError, ConfigurationTargets, RobotState, StepReport, StepStatus, WholeBody, initial_configuration,
+    ConfigurationError, ConfigurationTargets, ConstraintId, RobotState, StepReport, StepStatus, WholeBody,
+    initial_configuration,
 };
 
 use crate::convert;
@@ -374,10 +375,12 @@ impl Core {
             walk_time_s: inputs.next_s,
             joint_count: self.joints.interface_count() as u32,
             mode: mode.code(),
+            deformation_tick: walk.deformation.header.tick,
             deformation_age_ticks: inputs.age_ticks.try_into().unwrap_or(u32::MAX),
             ..self.last_command.unwrap_or_default()
         };
         command.joint_velocity_reference_rad_per_s.fill(0.0);
+        (command.joints_limited_bits, command.torques_limited_bits) = (0, 0);
         if matches!(computed, Computed::Nothing) {
             command.status = Outcome::Held.code();
         } else {
@@ -390,6 +393,13 @@ impl Core {
             let base = state.v.len() - joints.len();
             self.joints.to_interface(&state.v.as_slice()[base..], &mut command.joint_velocity_reference_rad_per_s);
             self.joints.to_interface(report.torques.as_slice(), &mut command.feed_forward_torque_nm);
+            for active in &report.active {
+                match active.id {
+                    ConstraintId::JointMotion(joint) => command.joints_limited_bits |= self.joints.interface_bit(joint),
+                    ConstraintId::Torque(joint) => command.torques_limited_bits |= self.joints.interface_bit(joint),
+                    _ => {}
+                }
+            }
         }
         let model = self.whole_body.model();
         forward_kinematics(model, &mut self.workspace, &state.q);
@@ -488,11 +498,6 @@ fn write_report(command: &mut RobotCommand, report: &StepReport) {
         StepStatus::Held => Outcome::Held,
     }
     .code();
-    command.fallback = match report.status {
-        StepStatus::Solved => 0,
-        StepStatus::Relaxed => 1,
-        StepStatus::Held => 2,
-    };
     command.active_constraints = report.active.len() as u32;
     command.solver_residual = report.residuals.feasibility;
     command.solver_iterations = report.iterations;

@@ -50,7 +50,7 @@ impl World {
         for (foot, planned) in said.feet.iter_mut().zip(&now.feet) {
             assert!(planned.swing.is_none(), "{t_s} s are in the first double support");
             let ankle = self.walk.ankle_pose(&planned.ankle_foothold);
-            (foot.in_contact, foot.load_share) = (1, planned.share.value);
+            (foot.loaded, foot.load_share) = (1, planned.share.value);
             foot.ankle_position_m = ankle.translation.into();
             foot.ankle_rotation.copy_from_slice(ankle.rotation.transpose().as_slice());
             foot.planned_force_n = planned.force.into();
@@ -62,7 +62,7 @@ impl World {
     fn step_with(&mut self, deformation: Option<SoleDeformation>) -> ControllerOutput {
         self.state.header = Header::new(self.tick, self.controller.robot_fingerprint());
         let t_s = self.tick_zero.map_or(0.0, |zero| (self.tick - zero).max(0) as f64 * CONTROL_PERIOD_S);
-        for (measured, planned) in self.state.foot_wrench.iter_mut().zip(&self.walk.evaluate(t_s).feet) {
+        for (measured, planned) in self.state.foot_wrench_n_nm.iter_mut().zip(&self.walk.evaluate(t_s).feet) {
             measured[2] = planned.force.z;
         }
         let said = self.controller.step(&self.state, deformation.as_ref()).expect("it can walk").expect("a pattern");
@@ -155,7 +155,7 @@ fn a_missing_deformation_is_bridged_for_two_ticks_then_the_posture_is_held_until
 /// A sole that falls away faster than any robot can follow: nothing may give way, so there is no solution.
 fn impossible(world: &World) -> SoleDeformation {
     let mut deformation = world.deformation();
-    deformation.feet[0].ankle_acceleration[2] = -1e5;
+    deformation.feet[0].ankle_acceleration_m_rad_per_s2[2] = -1e5;
     deformation
 }
 

@@ -49,7 +49,7 @@ fn step(process: &mut EstimatorProcess, walk_tick: i64) -> EstimatorOutput {
 }
 
 fn wrench(foot: &FootDeformation) -> Wrench {
-    Wrench { force: Vec3::from_column_slice(&foot.wrench[..3]), moment: Vec3::from_column_slice(&foot.wrench[3..]) }
+    Wrench { force: Vec3::from_column_slice(&foot.wrench_n_nm[..3]), moment: Vec3::from_column_slice(&foot.wrench_n_nm[3..]) }
 }
 
 /// Moment about the planned ZMP.
@@ -70,21 +70,21 @@ fn each_foot_carries_its_plan_and_every_number_is_what_it_is_called() {
         assert_eq!((header.tick, header.clock_monotonic_ns), (TICK_ZERO + walk_tick, 77));
         assert_eq!(deformation.walk_time_s, walk_tick as f64 * CONTROL_PERIOD_S);
         assert_eq!(deformation.pattern_hash, WALK.content_hash());
-        let loaded = deformation.feet.iter().filter(|foot| foot.in_contact == 1).count();
+        let loaded = deformation.feet.iter().filter(|foot| foot.loaded == 1).count();
         (single, double) = (single + usize::from(loaded == 1), double + usize::from(loaded == 2));
         for (k, foot) in deformation.feet.iter().enumerate() {
             let planned = WALK.evaluate(deformation.walk_time_s).feet[k];
             assert_eq!(foot.load_share, planned.share.value, "foot {k}, tick {walk_tick}");
             assert_eq!(Vec3::from(foot.planned_force_n), planned.force);
             let nodes = &said.contact.feet[k];
-            if foot.in_contact == 0 {
+            if foot.loaded == 0 {
                 assert_eq!((foot.status, nodes.count), (Code::None.code(), 0));
-                assert_eq!((foot.wrench, foot.compliance), ([0.0; 6], [0.0; 36]));
+                assert_eq!((foot.wrench_n_nm, foot.compliance_m_rad_per_n_nm), ([0.0; 6], [0.0; 36]));
                 // Rigid: the sole's origin moves as the ankle and the turn say.
-                let (v, w) = foot.ankle_twist.split_at(3);
+                let (v, w) = foot.ankle_twist_m_rad_per_s.split_at(3);
                 let arm = Vec3::from(foot.sole_position_m) - Vec3::from(foot.ankle_position_m);
                 let speed = Vec3::from_column_slice(v) + Vec3::from_column_slice(w).cross(&arm);
-                assert!((speed - Vec3::from_column_slice(&foot.sole_twist[..3])).norm() < 1e-12);
+                assert!((speed - Vec3::from_column_slice(&foot.sole_twist_m_rad_per_s[..3])).norm() < 1e-12);
                 continue;
             }
             assert_eq!((foot.status, foot.age_ticks), (Code::Solved.code(), 0), "foot {k}, tick {walk_tick}");
@@ -125,19 +125,19 @@ fn each_foot_carries_its_plan_and_every_number_is_what_it_is_called() {
 /// state make the twists jump, by far less than this.
 fn rates(before: &[FootDeformation; 2], now: &[FootDeformation; 2], walk_tick: i64) {
     const JUMP_M_PER_S: f64 = 0.03;
-    for (k, (a, b)) in before.iter().zip(now).enumerate().filter(|(_, (a, b))| a.in_contact == b.in_contact) {
+    for (k, (a, b)) in before.iter().zip(now).enumerate().filter(|(_, (a, b))| a.loaded == b.loaded) {
         for (what, p, q, v, w) in [
-            ("ankle", a.ankle_position_m, b.ankle_position_m, a.ankle_twist, b.ankle_twist),
-            ("sole", a.sole_position_m, b.sole_position_m, a.sole_twist, b.sole_twist),
+            ("ankle", a.ankle_position_m, b.ankle_position_m, a.ankle_twist_m_rad_per_s, b.ankle_twist_m_rad_per_s),
+            ("sole", a.sole_position_m, b.sole_position_m, a.sole_twist_m_rad_per_s, b.sole_twist_m_rad_per_s),
         ] {
             for axis in 0..3 {
                 let apart = (q[axis] - p[axis]) / CONTROL_PERIOD_S - 0.5 * (v[axis] + w[axis]);
                 assert!(apart.abs() < JUMP_M_PER_S, "{what} {k}, tick {walk_tick}: {apart} m/s");
             }
         }
-        let mean = 0.5 * (a.ankle_acceleration[0] + b.ankle_acceleration[0]) * CONTROL_PERIOD_S;
+        let mean = 0.5 * (a.ankle_acceleration_m_rad_per_s2[0] + b.ankle_acceleration_m_rad_per_s2[0]) * CONTROL_PERIOD_S;
         assert!(
-            (b.ankle_twist[0] - a.ankle_twist[0] - mean).abs() < JUMP_M_PER_S,
+            (b.ankle_twist_m_rad_per_s[0] - a.ankle_twist_m_rad_per_s[0] - mean).abs() < JUMP_M_PER_S,
             "foot {k}, tick {walk_tick}: {mean}"
         );
     }
@@ -148,9 +148,9 @@ fn matrices_are_row_major() {
     let mut process = process("", "");
     let walk_tick = ticks() / 4;
     let said = step(&mut process, walk_tick);
-    let foot = said.deformation.feet.iter().find(|foot| foot.in_contact == 1).expect("one foot at least");
+    let foot = said.deformation.feet.iter().find(|foot| foot.loaded == 1).expect("one foot at least");
     // The ankle stands where the sole's own rotation puts it: p_WA = p_WS + R_WS p_SA.
-    let k = usize::from(said.deformation.feet[0].in_contact == 0);
+    let k = usize::from(said.deformation.feet[0].loaded == 0);
     let arm = Vec3::new(-0.015, [-0.011, 0.011][k], 0.103);
     let r = |i: usize| Vec3::from_column_slice(&foot.sole_rotation[3 * i..3 * i + 3]).dot(&arm);
     let ankle = Vec3::from(foot.sole_position_m) + Vec3::new(r(0), r(1), r(2));
@@ -160,7 +160,7 @@ fn matrices_are_row_major() {
         "it is turned, else this says nothing"
     );
     // Pushed forward the sole moves forward and turns about y; rows are poses, columns wrenches. The tangent of a load is not symmetric.
-    let c = |row: usize, column: usize| foot.compliance[6 * row + column];
+    let c = |row: usize, column: usize| foot.compliance_m_rad_per_n_nm[6 * row + column];
     let asymmetry =
         (0..6).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| (c(i, j) - c(j, i)).abs()).fold(0.0, f64::max);
     assert!(asymmetry > 1e-8, "{asymmetry}");
@@ -195,12 +195,12 @@ fn a_foot_that_cannot_be_solved_is_held_at_rest_and_ages_until_it_can() {
         for (k, (was, is)) in before.iter().zip(&feet).enumerate() {
             if is.status == Code::ReferenceOutside.code() {
                 held[k] += 1;
-                assert_eq!(is.age_ticks, if was.in_contact == 1 { was.age_ticks + 1 } else { 1 }, "tick {walk_tick}");
-                if was.in_contact == 1 {
+                assert_eq!(is.age_ticks, if was.loaded == 1 { was.age_ticks + 1 } else { 1 }, "tick {walk_tick}");
+                if was.loaded == 1 {
                     assert_eq!((is.ankle_position_m, is.sole_position_m), (was.ankle_position_m, was.sole_position_m));
                 }
-                assert_eq!((is.ankle_twist, is.ankle_acceleration, is.sole_twist), ([0.0; 6], [0.0; 6], [0.0; 6]));
-                assert_eq!(is.in_contact, 1);
+                assert_eq!((is.ankle_twist_m_rad_per_s, is.ankle_acceleration_m_rad_per_s2, is.sole_twist_m_rad_per_s), ([0.0; 6], [0.0; 6], [0.0; 6]));
+                assert_eq!(is.loaded, 1);
             } else {
                 assert_eq!(is.age_ticks, 0, "tick {walk_tick}");
                 recovered += usize::from(was.age_ticks > 0 && is.status == Code::Solved.code());

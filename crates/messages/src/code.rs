@@ -2,17 +2,50 @@
 //!
 //! A number that none of the names has comes back as `None`: the sender is newer than the receiver, or broken.
 
+/// An enumeration for people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Table {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// Number, name and meaning of each code.
+    pub rows: &'static [(u32, &'static str, &'static str)],
+}
+
+/// All enumerations.
+pub const TABLES: [Table; 9] = [
+    Process::TABLE,
+    State::TABLE,
+    Reason::TABLE,
+    Outcome::TABLE,
+    Limit::TABLE,
+    Mode::TABLE,
+    NodeState::TABLE,
+    Fall::TABLE,
+    PhaseKind::TABLE,
+];
+
 macro_rules! codes {
-    ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $code:literal, $word:literal;)* }) => {
-        $(#[$meta])*
+    ($(#[doc = $doc:literal])* $name:ident {
+        $($(#[doc = $variant_doc:literal])* $variant:ident = $code:literal, $word:literal;)*
+    }) => {
+        $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum $name {
-            $($(#[$variant_meta])* $variant,)*
+            $($(#[doc = $variant_doc])* $variant,)*
         }
 
         impl $name {
             /// All of them, in the order of their codes.
             pub const ALL: &[$name] = &[$($name::$variant,)*];
+
+            /// What they mean, for people.
+            pub const TABLE: Table = Table {
+                name: stringify!($name),
+                doc: concat!($($doc, "\n",)*),
+                rows: &[$(($code, stringify!($variant), concat!($($variant_doc, "\n",)*)),)*],
+            };
 
             /// The number that crosses the process border.
             pub const fn code(self) -> u32 {

@@ -6,8 +6,72 @@ use crate::plain::plain_struct;
 use iceoryx2::prelude::ZeroCopySend;
 
 plain_struct! {
+    /// What the controller counts; all zero in the health of other processes.
+    "soleus.ControllerFiguresV1", 112 bytes, ControllerFigures {
+        /// Steps in which all limits held, so far.
+        steps_solved: u64,
+        /// Steps whose limits had to be widened, so far.
+        steps_relaxed: u64,
+        /// Steps without a usable solution, so far.
+        steps_held: u64,
+        /// Steps that the backup solver answered, so far.
+        steps_by_backup: u64,
+        /// Robot states that were not used, so far.
+        states_refused: u64,
+        /// Measurements that were not used for feedback, so far.
+        measurements_refused: u64,
+        /// Largest distance of a joint from its reference.
+        joint_distance_max_rad: f64,
+        /// Distance of the model's centre of mass from its plan.
+        com_distance_m: f64,
+        /// Smallest distance of a collision pair; infinite: none is near.
+        collision_distance_m: f64,
+        /// The worst limit that gave way so far: [`crate::code::Limit`].
+        worst_limit: u32,
+        /// Which of its kind: foot, joint of the model, collision pair.
+        worst_limit_index: u32,
+        /// By how much, in the unit of [`crate::code::Limit`].
+        worst_limit_amount: f64,
+        /// Distance of the observed base from that of the model; feedback only.
+        base_distance_m: f64,
+        /// The same of its orientation.
+        base_distance_rad: f64,
+        /// Distance between where the two standing feet place the base; feedback only.
+        feet_disagreement_m: f64,
+    }
+}
+
+plain_struct! {
+    /// What the simulator keeps; all zero in the health of other processes.
+    "soleus.SimulatorFiguresV1", 48 bytes, SimulatorFigures {
+        /// How far the middle of the feet has moved along the ground.
+        distance_m: f64,
+        /// 1 once the robot has fallen.
+        fallen: u32,
+        /// Why it counts as fallen: [`crate::code::Fall`].
+        fall_cause: u32,
+        /// Control periods in which integration or contact did not reach its tolerance, so far.
+        periods_unconverged: u64,
+        /// Commands that no robot could follow, so far.
+        commands_refused: u64,
+        /// Joints at or beyond the limits of their position at any tick so far: bit *i* is joint *i*.
+        joints_at_limit_bits: u64,
+        /// Drives at the limit of their torque at any tick so far: bit *i* is joint *i*.
+        drives_saturated_bits: u64,
+    }
+}
+
+plain_struct! {
+    /// What the recorder keeps; all zero in the health of other processes.
+    "soleus.RecorderFiguresV1", 8 bytes, RecorderFigures {
+        /// Last tick that is safely stored; -1 before the first.
+        stored_tick: i64,
+    }
+}
+
+plain_struct! {
     /// State, timing and solver figures of a process; the only message that holds wall-clock measurements.
-    "soleus.HealthV1", 296 bytes, Health {
+    "soleus.HealthV2", 368 bytes, Health {
         /// Header; the tick is the last one the process has finished, -1 before the first.
         header: Header,
         /// Who: [`crate::code::Process`].
@@ -26,10 +90,22 @@ plain_struct! {
         compute_time_max_ns: u64,
         /// Sum of all computing times so far: divided by `cycles` their mean.
         compute_time_sum_ns: u64,
+        /// Time of the processor that the thread used in this cycle; zero where it is not measured.
+        processor_time_ns: u64,
+        /// From the tick's time to the start of this cycle, in real time.
+        wake_lateness_ns: u64,
+        /// From the tick's time to when all inputs of this cycle were there, in real time.
+        inputs_lateness_ns: u64,
+        /// From the tick's time to when the answer was published, in real time.
+        publish_lateness_ns: u64,
         /// Cycles so far.
         cycles: u64,
         /// Cycles that took longer than the control period, in real time.
         misses: u64,
+        /// Cycles that began too late, in real time.
+        late_wakes: u64,
+        /// Answers that were published after their deadline, in real time.
+        late_answers: u64,
         /// Inputs that were missing or came too late.
         late: u64,
         /// Messages lost (recorder: not stored).
@@ -44,22 +120,16 @@ plain_struct! {
         walk_time_s: f64,
         /// Duration of the pattern; zero while unknown.
         walk_duration_s: f64,
-        /// Distance walked (simulator only): how far the middle of the feet has moved along the ground.
-        distance_m: f64,
-        /// 1 once the robot has fallen (simulator only).
-        fallen: u32,
         /// 1 if the process runs under a real-time scheduling policy.
         real_time_policy: u32,
-        /// Last tick that is safely stored (recorder only).
-        stored_tick: i64,
-        /// Further figures, by process:
-        ///
-        /// | process | values |
-        /// |---|---|
-        /// | controller | 0 steps relaxed, 1 steps held, 2 states refused, 3 largest distance of a joint from its reference (rad), 4 distance of the model's centre of mass from its plan (m), 5 smallest distance of a collision pair (m, infinite: none near), 6 steps solved, 7 worst limit that gave way ([`crate::code::Limit`]), 8 which of its kind, 9 by how much, 10 steps that the reserve solver answered, 11 distance of the observed base from the own one (m), 12 the same of its orientation (rad), 13 distance between where the two standing feet place the base (m), 14 measurements not used for feedback (11 to 14 in feedback only) |
-        /// | simulator | 0, 1 distance of the centre of mass from its plan (m; root mean square, largest), 2, 3 the same of the zero-moment point, 4 largest tilt of the base (rad), 5 control periods not solved to tolerance, 6 cause of the fall ([`crate::code::Fall`]), 7 commands refused |
-        /// | the others | none |
-        values: [f64; 16],
+        /// Always zero.
+        reserved: u32,
+        /// The controller's own.
+        controller: ControllerFigures,
+        /// The simulator's own.
+        simulator: SimulatorFigures,
+        /// The recorder's own.
+        recorder: RecorderFigures,
     }
 }
 

@@ -10,8 +10,11 @@
 //! - SI units and radians; world frame W with z up; feet in the order left, right.
 //! - Rotations are matrices, **row-major** `[r00, r01, r02, r10, ..]`, columns are the axes of the body in the frame named.
 //! - Six-vectors are linear part first (`[vx, vy, vz, wx, wy, wz]`, `[fx, fy, fz, mx, my, mz]`).
+//! - The last part of a field's name is its unit. Six-vectors name both: `wrench_n_nm`, `twist_m_rad_per_s`. Rotations, counts, codes,
+//!   shares and residuals are pure numbers and have none.
 //! - [`Header::tick`] is the control time: message *k* of every topic belongs to the sample of the robot at tick *k*. State *k*
-//!   gives deformation *k* and command *k*; command *k* is applied from tick *k + 1* on.
+//!   gives deformation *k* and command *k*; command *k* is applied from tick *k + 1* on, and the drives' ramps reach its references
+//!   [`REACHED_TICKS`] after its own tick.
 //! - In lock-step every field of every message except those of [`Health`] and [`Header::clock_monotonic_ns`] (zero there) is
 //!   reproducible bit for bit; wall-clock measurements therefore live in `Health`.
 //!
@@ -24,6 +27,7 @@
 pub mod code;
 mod header;
 mod health;
+mod older;
 mod pattern;
 mod plain;
 mod robot;
@@ -35,7 +39,8 @@ mod truth;
 mod walk;
 
 pub use header::{Fault, Header, Message};
-pub use health::Health;
+pub use health::{ControllerFigures, Health, RecorderFigures, SimulatorFigures};
+pub use older::{Gone, Older};
 pub use pattern::{OwnSoles, PatternRefused, read_pattern, write_pattern};
 pub use plain::{Field, Plain, Shape};
 pub use robot::{Plan, PlanFoot, RobotCommand, RobotState};
@@ -51,6 +56,8 @@ pub const MAX_JOINTS: usize = 40;
 pub const MAX_CONTACT_NODES: usize = 256;
 /// Most phases a walking pattern may have; consumers reserve memory for this many at start.
 pub const MAX_PHASES: usize = 4096;
+/// Ticks from a command to when the drives' ramps reach its references: one to be sent, one to be driven.
+pub const REACHED_TICKS: i64 = 2;
 /// Control period: one tick, 5 ms (200 Hz).
 pub const CONTROL_PERIOD_NS: u64 = 5_000_000;
 /// Control period in seconds.

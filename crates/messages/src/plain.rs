@@ -17,6 +17,8 @@ pub enum Shape {
     Struct {
         /// Name and version on the wire.
         wire_name: &'static str,
+        /// What it is, for people.
+        doc: &'static str,
         /// The fields in the order in which they lie.
         fields: &'static [Field],
     },
@@ -29,6 +31,8 @@ pub struct Field {
     pub name: &'static str,
     /// What it is made of.
     pub shape: &'static Shape,
+    /// What it means, for people: unit, frame, order.
+    pub doc: &'static str,
 }
 
 impl Shape {
@@ -120,15 +124,15 @@ impl<T: Plain, const N: usize> Plain for [T; N] {
 
 /// Declares a struct that may be placed in shared memory: C layout, name and size on the wire, no padding, and [`Plain`].
 macro_rules! plain_struct {
-    ($(#[$meta:meta])* $wire_name:literal, $size:literal bytes, $name:ident {
-        $($(#[$field_meta:meta])* $field:ident: $type:ty,)*
+    ($(#[doc = $doc:literal])* $wire_name:literal, $size:literal bytes, $name:ident {
+        $($(#[doc = $field_doc:literal])* $field:ident: $type:ty,)*
     }) => {
-        $(#[$meta])*
+        $(#[doc = $doc])*
         #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
         #[type_name($wire_name)]
         #[repr(C)]
         pub struct $name {
-            $($(#[$field_meta])* pub $field: $type,)*
+            $($(#[doc = $field_doc])* pub $field: $type,)*
         }
 
         // A mismatch here means that the layout changed: give the type a new version.
@@ -139,7 +143,12 @@ macro_rules! plain_struct {
             const ZERO: Self = Self { $($field: <$type as $crate::Plain>::ZERO,)* };
             const SHAPE: &'static $crate::Shape = &$crate::Shape::Struct {
                 wire_name: $wire_name,
-                fields: &[$($crate::Field { name: stringify!($field), shape: <$type as $crate::Plain>::SHAPE },)*],
+                doc: concat!($($doc, "\n",)*),
+                fields: &[$($crate::Field {
+                    name: stringify!($field),
+                    shape: <$type as $crate::Plain>::SHAPE,
+                    doc: concat!($($field_doc, "\n",)*),
+                },)*],
             };
             fn write_bytes(&self, out: &mut Vec<u8>) {
                 $($crate::Plain::write_bytes(&self.$field, out);)*

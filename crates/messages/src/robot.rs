@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 plain_struct! {
     /// Sensors of the robot, sampled at the tick.
-    "soleus.RobotStateV1", 856 bytes, RobotState {
+    "soleus.RobotStateV2", 856 bytes, RobotState {
         /// Header.
         header: Header,
         /// Number of joints, in the order of the robot's description.
@@ -24,21 +24,21 @@ plain_struct! {
         /// Specific force at the IMU (acceleration minus gravity), in its axes: +g upwards at rest.
         accelerometer_m_per_s2: [f64; 3],
         /// Force (N) and moment (N m) of the sole on each foot, about the foot sensor's origin, in its axes.
-        foot_wrench: [[f64; 6]; 2],
+        foot_wrench_n_nm: [[f64; 6]; 2],
     }
 }
 
 plain_struct! {
     /// The plan of one foot, for the robot's stabiliser.
-    "soleus.PlanFootV1", 160 bytes, PlanFoot {
+    "soleus.PlanFootV2", 160 bytes, PlanFoot {
         /// 1 if the foot shall carry load, else 0.
-        in_contact: u32,
+        loaded: u32,
         /// Always zero.
         reserved: u32,
         /// Fraction of the weight it shall carry.
         load_share: f64,
         /// Force (N) and moment (N m) of the ground on the foot about the ankle, in world axes.
-        wrench: [f64; 6],
+        wrench_n_nm: [f64; 6],
         /// Position of the ankle in the world.
         ankle_position_m: [f64; 3],
         /// Rotation of the ankle frame in the world, row-major.
@@ -48,12 +48,12 @@ plain_struct! {
 
 plain_struct! {
     /// The whole-body plan the joint references belong to.
-    "soleus.PlanV1", 504 bytes, Plan {
+    "soleus.PlanV2", 504 bytes, Plan {
         /// Position of the floating base in the world.
         base_position_m: [f64; 3],
         /// Rotation of the floating base in the world, row-major.
         base_rotation: [f64; 9],
-        /// Zero-moment point on the ground.
+        /// Zero-moment point on the ground, of the wrenches that the whole-body step computed; the pattern's without a step.
         zmp_m: [f64; 2],
         /// Centre of mass.
         com_position_m: [f64; 3],
@@ -68,7 +68,7 @@ plain_struct! {
 
 plain_struct! {
     /// References for the joints' servos and the plan behind them. Command of tick k holds references for tick k + 1.
-    "soleus.RobotCommandV1", 1552 bytes, RobotCommand {
+    "soleus.RobotCommandV2", 1568 bytes, RobotCommand {
         /// Header; the tick is that of the state it answers.
         header: Header,
         /// The pattern it follows.
@@ -81,8 +81,8 @@ plain_struct! {
         mode: u32,
         /// Outcome of its quadratic program: [`crate::code::Outcome`].
         status: u32,
-        /// Fallback used, zero: none; the controller's documentation lists them.
-        fallback: u32,
+        /// Iterations of the quadratic program.
+        solver_iterations: u32,
         /// Joint angle references.
         joint_position_reference_rad: [f64; MAX_JOINTS],
         /// Joint rate references.
@@ -91,15 +91,17 @@ plain_struct! {
         feed_forward_torque_nm: [f64; MAX_JOINTS],
         /// The plan.
         plan: Plan,
-        /// Age of the deformation used, in ticks.
+        /// Tick of the deformation used: who replays a controller gives it this one.
+        deformation_tick: i64,
+        /// Its age, in ticks.
         deformation_age_ticks: u32,
         /// Number of active inequality constraints in the quadratic program.
         active_constraints: u32,
         /// KKT residual of the quadratic program.
         solver_residual: f64,
-        /// Iterations of the quadratic program.
-        solver_iterations: u32,
-        /// Always zero.
-        reserved: u32,
+        /// Joints whose position or speed limit was active in the quadratic program: bit *i* is joint *i*.
+        joints_limited_bits: u64,
+        /// Joints whose torque limit was active in the quadratic program: bit *i* is joint *i*.
+        torques_limited_bits: u64,
     }
 }

@@ -6,9 +6,9 @@ use iceoryx2::prelude::ZeroCopySend;
 
 plain_struct! {
     /// Deformation of one foot's sole under its planned force, and where the ankle is because of it.
-    "soleus.FootDeformationV1", 752 bytes, FootDeformation {
+    "soleus.FootDeformationV2", 752 bytes, FootDeformation {
         /// 1 if the foot carries load, else 0; without load the poses are those of the undeformed sole at its foothold.
-        in_contact: u32,
+        loaded: u32,
         /// Outcome of the estimate: [`crate::code::Outcome`].
         status: u32,
         /// How many ticks ago this estimate was made: 0 if fresh, more when later ones failed.
@@ -22,9 +22,9 @@ plain_struct! {
         /// Rotation of the ankle frame in the world, row-major.
         ankle_rotation: [f64; 9],
         /// Velocity (m/s) of the ankle and angular velocity (rad/s), world axes.
-        ankle_twist: [f64; 6],
+        ankle_twist_m_rad_per_s: [f64; 6],
         /// Acceleration (m/s^2) of the ankle and angular acceleration (rad/s^2), world axes.
-        ankle_acceleration: [f64; 6],
+        ankle_acceleration_m_rad_per_s2: [f64; 6],
         /// Position of the sole frame in the world.
         sole_position_m: [f64; 3],
         /// Rotation of the sole frame in the world, row-major.
@@ -33,13 +33,13 @@ plain_struct! {
         planned_force_n: [f64; 3],
         /// Planned zero-moment point of this foot in the world.
         planned_zmp_m: [f64; 2],
-        /// Compliance, row-major 6 x 6: change of the sole's pose (m, rad; world axes, sole origin) per change of the wrench on
-        /// the sole (N, N m; world axes, about the sole origin).
-        compliance: [f64; 36],
+        /// Compliance, row-major 6 x 6: change of the sole frame's pose (m, rad; world axes) per change of the wrench of the ground
+        /// on the sole (N, N m; world axes, about the sole origin). More force upwards lets the frame sink: the diagonal is negative.
+        compliance_m_rad_per_n_nm: [f64; 36],
         /// Force (N) and moment (N m) of the ground on the sole about the sole origin, world axes.
-        wrench: [f64; 6],
+        wrench_n_nm: [f64; 6],
         /// Velocity (m/s) and angular velocity (rad/s) of the sole frame's origin, world axes.
-        sole_twist: [f64; 6],
+        sole_twist_m_rad_per_s: [f64; 6],
         /// Nodes that stick.
         nodes_sticking: u32,
         /// Nodes that slip.
@@ -51,7 +51,7 @@ plain_struct! {
 
 plain_struct! {
     /// Deformation of both soles at the tick.
-    "soleus.SoleDeformationV1", 1552 bytes, SoleDeformation {
+    "soleus.SoleDeformationV2", 1552 bytes, SoleDeformation {
         /// Header; the tick is that of the robot state it answers.
         header: Header,
         /// Walk time of the estimate; negative before time zero.

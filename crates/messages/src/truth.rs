@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 plain_struct! {
     /// The simulated robot at the tick.
-    "soleus.TruthV1", 1688 bytes, Truth {
+    "soleus.TruthV2", 1760 bytes, Truth {
         /// Header.
         header: Header,
         /// Simulated time since tick 0.
@@ -28,7 +28,7 @@ plain_struct! {
         /// Rotation of the floating base in the world, row-major.
         base_rotation: [f64; 9],
         /// Velocity (m/s) of the base's origin and angular velocity (rad/s), world axes.
-        base_twist: [f64; 6],
+        base_twist_m_rad_per_s: [f64; 6],
         /// Real joint angles.
         joint_position_rad: [f64; MAX_JOINTS],
         /// Real joint rates.
@@ -41,12 +41,14 @@ plain_struct! {
         com_velocity_m_per_s: [f64; 3],
         /// Its acceleration.
         com_acceleration_m_per_s2: [f64; 3],
-        /// Centroidal momentum, linear (kg m/s) and angular (kg m^2/s).
-        momentum: [f64; 6],
+        /// Linear momentum.
+        linear_momentum_kg_m_per_s: [f64; 3],
+        /// Angular momentum about the centre of mass.
+        angular_momentum_kg_m2_per_s: [f64; 3],
         /// Zero-moment point of both feet's wrenches on the ground; the last one while nothing carries.
         zmp_m: [f64; 2],
         /// Force (N) and moment (N m) of the ground on each sole about its sole origin, world axes.
-        foot_wrench: [[f64; 6]; 2],
+        foot_wrench_n_nm: [[f64; 6]; 2],
         /// Positions of the sole frames in the world.
         sole_position_m: [[f64; 3]; 2],
         /// Rotations of the sole frames in the world, row-major.
@@ -63,5 +65,15 @@ plain_struct! {
         servo_work_j: f64,
         /// Largest violation of the contact laws at the tick, over the largest nodal force; zero for hard feet.
         contact_residual: f64,
+        /// Tick of the command under which the robot came here: that of the placing command at tick 0.
+        command_tick: i64,
+        /// Joints at or beyond the limits of their position: bit *i* is joint *i*.
+        joints_at_limit_bits: u64,
+        /// Drives at the limit of their torque: bit *i* is joint *i*.
+        drives_saturated_bits: u64,
+        /// Sum of the forces that push the robot, the ground's aside; zero while none does.
+        push_force_n: [f64; 3],
+        /// Where the strongest of them acts, in the world.
+        push_point_m: [f64; 3],
     }
 }

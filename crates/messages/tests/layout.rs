@@ -28,12 +28,12 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
     let stored = [
         ("soleus.PatternHeaderV1", 192, 3_374_829_347_784_695_683),
         ("soleus.WalkStartV1", 48, 2_218_368_706_852_104_645),
-        ("soleus.RobotStateV1", 856, 3_485_651_358_857_794_839),
-        ("soleus.SoleDeformationV1", 1552, 495_572_159_821_284_574),
+        ("soleus.RobotStateV2", 856, 13_392_785_136_300_081_337),
+        ("soleus.SoleDeformationV2", 1552, 9_955_717_656_554_383_974),
         ("soleus.SoleContactV1", 26672, 7_523_437_881_865_851_118),
-        ("soleus.RobotCommandV1", 1552, 7_585_856_255_736_766_604),
-        ("soleus.TruthV1", 1688, 3_280_126_922_313_068_711),
-        ("soleus.HealthV1", 296, 6_530_501_465_014_187_208),
+        ("soleus.RobotCommandV2", 1568, 11_543_205_753_679_368_710),
+        ("soleus.TruthV2", 1760, 3_883_121_107_563_766_830),
+        ("soleus.HealthV2", 368, 13_694_633_416_332_339_395),
     ];
     fn now<T: Message>() -> (&'static str, usize, u64) {
         (T::WIRE_NAME, size_of::<T>(), hash(names::<T>().as_bytes()))
@@ -56,7 +56,7 @@ fn shapes_are_as_large_as_what_they_describe() {
     assert_eq!(SoleContact::SHAPE.size(), size_of::<SoleContact>());
     assert_eq!(PatternPhase::SHAPE.size(), size_of::<PatternPhase>());
     assert!(
-        matches!(Truth::SHAPE, Shape::Struct { wire_name: Truth::WIRE_NAME, fields } if fields[0].name == "header")
+        matches!(Truth::SHAPE, Shape::Struct { wire_name: Truth::WIRE_NAME, fields, .. } if fields[0].name == "header")
     );
 }
 
@@ -133,7 +133,7 @@ fn the_visitor_meets_each_row_of_the_table_once_and_in_order() {
 fn one_number_that_is_not_finite_is_found() {
     let mut deformation = SoleDeformation::default();
     assert!(deformation.all_finite());
-    deformation.feet[1].compliance[35] = f64::NAN;
+    deformation.feet[1].compliance_m_rad_per_n_nm[35] = f64::NAN;
     assert!(!deformation.all_finite());
 }
 

@@ -55,7 +55,7 @@ impl Shell {
         let mut figures = Health::new(process, State::Starting, Reason::None);
         figures.header = Header::new(-1, robot_fingerprint.unwrap_or(0));
         figures.process_id = std::process::id();
-        figures.stored_tick = -1;
+        figures.recorder.stored_tick = -1;
         if arguments.real_time {
             let policy = Policy::enter(FIFO_PRIORITY);
             figures.real_time_policy = u32::from(policy.fifo_priority.is_some());
@@ -289,7 +289,7 @@ impl Shell {
         let Some(mut recorder) = self.recorder.take() else { return Ok(true) };
         let goes_on = loop {
             while let Some(health) = recorder.try_next()? {
-                self.recorder_tick = self.recorder_tick.max(health.stored_tick);
+                self.recorder_tick = self.recorder_tick.max(health.recorder.stored_tick);
                 if State::from_code(health.state) == Some(State::Stopping) {
                     return Err(Failure::PeerDied { process: Process::Recorder, topic: row.name });
                 }

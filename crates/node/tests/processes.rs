@@ -2,7 +2,7 @@
 
 use bus::{Domain, DomainName, Owner, Robot};
 use messages::code::{Process, Reason, State};
-use messages::{Header, Health, RobotState, SoleDeformation, topic};
+use messages::{Header, Health, RecorderFigures, RobotState, SoleDeformation, topic};
 use node::{End, Failure, Program, Shell};
 use serde::Deserialize;
 use std::io::Read;
@@ -209,7 +209,10 @@ fn two_programs_run_in_lock_step_and_end_when_asked() {
 
 /// A recorder that says it has stored everything up to a tick.
 fn stored(tick: i64, state: State) -> Health {
-    Health { stored_tick: tick, ..Health::new(Process::Recorder, state, Reason::None) }
+    Health {
+        recorder: RecorderFigures { stored_tick: tick },
+        ..Health::new(Process::Recorder, state, Reason::None)
+    }
 }
 
 #[test]

@@ -279,6 +279,12 @@ impl Plant {
         self.feet[foot].report()
     }
 
+    /// Is the drive of a joint at the limit of its torque at the tick?
+    #[must_use]
+    pub fn drive_saturated(&self, joint: usize) -> bool {
+        self.stepper.drives()[joint].saturated
+    }
+
     /// Has it fallen?
     #[must_use]
     pub fn fallen(&self) -> Option<&Fall> {
@@ -354,6 +360,8 @@ impl Plant {
         }
         let origin = Vec3::new(0.0, 0.0, 0.5 * (feet[0].ground_height_m + feet[1].ground_height_m));
         let pushes: Vec3 = self.applied.iter().map(|push| push.force).sum();
+        let strongest = self.applied.iter().max_by(|a, b| a.force.norm().total_cmp(&b.force.norm()));
+        let push_point = strongest.map_or(Vec3::zeros(), |push| ws.placement(model, push.frame).translation);
 
         // Exact measurements.
         let exact = &mut self.exact;
@@ -397,6 +405,8 @@ impl Plant {
             com_acceleration: (total.force + pushes) / mass + model.gravity(),
             angular_momentum: momentum.angular,
             zmp: zero_moment_point(&total.about(&origin), &origin),
+            push_force: pushes,
+            push_point,
             feet,
             energies: self.truth.energies,
             integration,

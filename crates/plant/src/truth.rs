@@ -26,6 +26,10 @@ pub struct Truth {
     /// ZMP of both feet together on the horizontal plane through the mean height of the ground below them (m); `None` when
     /// nothing presses on the ground.
     pub zmp: Option<Vector2<f64>>,
+    /// Sum of the forces that push the robot (N), world axes; zero while none does.
+    pub push_force: Vec3,
+    /// Where the strongest of them acts (m), in the world.
+    pub push_point: Vec3,
     /// Left and right foot.
     pub feet: [FootTruth; 2],
     /// Energies.

@@ -133,7 +133,7 @@ impl Recorder {
             if let Some(duration_s) = self.walk_duration_s {
                 say("walk_duration_s", format!("{duration_s:.3}"));
             }
-            say("distance_m", format!("{:.3}", health.distance_m));
+            say("distance_m", format!("{:.3}", health.simulator.distance_m));
         }
         facts
     }

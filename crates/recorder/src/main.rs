@@ -84,7 +84,7 @@ impl Program for RecorderProcess {
                 shell.figures().reason = Reason::Storage.code();
             }
             shell.figures().lost = drained.lost;
-            shell.figures().stored_tick = recorder.last_tick();
+            shell.figures().recorder.stored_tick = recorder.last_tick();
             let goes_on = if drained.news > 0 {
                 // Also after news a nap: looking for more at once finds one message at a time, and looking costs more
                 // than storing.

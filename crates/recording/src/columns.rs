@@ -62,7 +62,6 @@ fn label(element: &Shape, count: usize, field: &str, index: usize, joints: &[Str
         (6, true) if field.contains("wrench") => of_six("force", "n", "moment", "nm"),
         (6, true) if field.contains("twist") => of_six("linear", "m_per_s", "angular", "rad_per_s"),
         (6, true) if field.contains("acceleration") => of_six("linear", "m_per_s2", "angular", "rad_per_s2"),
-        (6, true) if field.contains("momentum") => of_six("linear", "kg_m_per_s", "angular", "kg_m2_per_s"),
         (9, true) => format!("{}{}", AXES[index / 3], AXES[index % 3]),
         (36, true) => format!("{}_{}", index / 6, index % 6),
         _ => index.to_string(),

@@ -30,6 +30,7 @@ mod decode;
 mod encode;
 mod error;
 mod events;
+mod older;
 mod plan;
 mod reader;
 mod record;

@@ -4,7 +4,7 @@ use crate::error::SchemaError;
 use messages::{Field, MAX_CONTACT_NODES, MAX_JOINTS, Shape};
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{DescriptorProto, FileDescriptorSet};
+use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorSet};
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
@@ -108,29 +108,17 @@ impl Plan {
                 let (message, field) = named(field.name);
                 SchemaError::OtherType { message, field }
             };
-            let (element, repeated) = innermost(field.shape);
-            let kind = match (element, written.r#type()) {
-                (Shape::U32, Type::Uint32 | Type::Enum) => Kind::Number(Number::U32),
-                (Shape::U64, Type::Uint64) => Kind::Number(Number::U64),
-                (Shape::I64, Type::Sint64) => Kind::Number(Number::I64),
-                (Shape::F64, Type::Double) => Kind::Number(Number::F64),
-                (Shape::Struct { wire_name, .. }, Type::Message) => {
+            let nested = match innermost(field.shape).0 {
+                element @ Shape::Struct { wire_name, .. } => {
                     let nested = written.type_name().trim_start_matches('.');
                     if fit == Fit::Exact && nested != *wire_name {
                         return Err(other_type());
                     }
-                    Kind::Structs(Self::of_struct(element, nested, messages, fit)?)
+                    Some(Self::of_struct(element, nested, messages, fit)?)
                 }
-                _ => return Err(other_type()),
+                _ => None,
             };
-            let kind = match kind {
-                Kind::Number(number) if repeated => Kind::Packed(number, stored(fields, field.shape, number)),
-                kind => kind,
-            };
-            if repeated != (written.label() == Label::Repeated) {
-                return Err(other_type());
-            }
-            plans.push(FieldPlan { offset, size, number: written.number() as u32, kind });
+            plans.push(plan_field(fields, field, written, offset, nested).ok_or_else(other_type)?);
             offset += size;
         }
         let unused = message.field.iter().find(|written| !fields.iter().any(|field| field.name == written.name()));
@@ -151,8 +139,33 @@ enum Fit {
     Common,
 }
 
+/// How a field at an offset becomes one that is written; `nested` is the plan of its structs. `None` if its type is another.
+pub(crate) fn plan_field(
+    fields: &[Field],
+    field: &Field,
+    written: &FieldDescriptorProto,
+    offset: usize,
+    nested: Option<Plan>,
+) -> Option<FieldPlan> {
+    let (element, repeated) = innermost(field.shape);
+    let kind = match (element, written.r#type()) {
+        (Shape::U32, Type::Uint32 | Type::Enum) => Kind::Number(Number::U32),
+        (Shape::U64, Type::Uint64) => Kind::Number(Number::U64),
+        (Shape::I64, Type::Sint64) => Kind::Number(Number::I64),
+        (Shape::F64, Type::Double) => Kind::Number(Number::F64),
+        (Shape::Struct { .. }, Type::Message) => Kind::Structs(nested?),
+        _ => return None,
+    };
+    let kind = match kind {
+        Kind::Number(number) if repeated => Kind::Packed(number, stored(fields, field.shape, number)),
+        kind => kind,
+    };
+    let same = repeated == (written.label() == Label::Repeated);
+    same.then(|| FieldPlan { offset, size: field.shape.size(), number: written.number() as u32, kind })
+}
+
 /// The messages of the written schema.
-fn written() -> Vec<DescriptorProto> {
+pub(crate) fn written() -> Vec<DescriptorProto> {
     let files = FileDescriptorSet::decode(SOLEUS).expect("our own build made it");
     files.file.into_iter().flat_map(|file| file.message_type).collect()
 }
@@ -176,7 +189,7 @@ fn stored(fields: &[Field], array: &Shape, number: Number) -> Stored {
 }
 
 /// What arrays of arrays are made of, and whether it is an array at all.
-fn innermost(shape: &Shape) -> (&Shape, bool) {
+pub(crate) fn innermost(shape: &Shape) -> (&Shape, bool) {
     match shape {
         Shape::Array(element, _) => (innermost(element).0, true),
         other => (other, false),
@@ -186,7 +199,7 @@ fn innermost(shape: &Shape) -> (&Shape, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::code::{Fall, Mode, NodeState, Outcome, PhaseKind, Process, Reason, State};
+    use messages::code::{Fall, Limit, Mode, NodeState, Outcome, PhaseKind, Process, Reason, State};
 
     #[test]
     fn enumerations_are_those_of_the_messages() {
@@ -206,7 +219,7 @@ mod tests {
                 assert_eq!(found.value.len(), $code::ALL.len() + unknown, stringify!($code));
             })*};
         }
-        check!(Fall, Mode, NodeState, Outcome, PhaseKind, Process, Reason, State);
+        check!(Fall, Limit, Mode, NodeState, Outcome, PhaseKind, Process, Reason, State);
         assert!(written.is_empty(), "{written:?}");
     }
 }

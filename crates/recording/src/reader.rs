@@ -3,13 +3,14 @@
 use crate::chunk::Unpacker;
 use crate::decode::{decode, nested};
 use crate::error::ReadError;
+use crate::older::OlderPlan;
 use crate::plan::Plan;
 use crate::record::{Broken, Record, next_in_chunk};
 use crate::source::{Head, Source};
 use crate::writer::{METADATA, PATTERN_HEADER, PATTERN_PHASES, WALK_PATTERN_SCHEMA};
 use mcap::records::op;
 use messages::topic::WALK_PATTERN;
-use messages::{MAX_PHASES, Message, PatternHeader, PatternPhase, Plain, Shape, Topic};
+use messages::{MAX_PHASES, Message, Older, PatternHeader, PatternPhase, Plain, Shape, Topic};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
@@ -60,6 +61,7 @@ struct Channel {
 /// What decoding needs and may use.
 struct Decoding {
     plans: HashMap<&'static str, Plan>,
+    older: HashMap<&'static str, OlderPlan>,
     /// Bytes that messages may still take in memory.
     room: u64,
     max_bytes: u64,
@@ -165,7 +167,7 @@ impl Recording {
         let mut unpacker = Unpacker::default();
         let mut channels = Channels { path: &self.path, schemas: HashMap::new(), channels: HashMap::new() };
         let max_bytes = MEMORY_MIN_BYTES.max(MEMORY_RATIO_MAX.saturating_mul(self.size));
-        let mut decoding = Decoding { plans: HashMap::new(), room: max_bytes, max_bytes, bytes: Vec::new() };
+        let mut decoding = Decoding { plans: HashMap::new(), older: HashMap::new(), room: max_bytes, max_bytes, bytes: Vec::new() };
         while let Some(head) = source.next()? {
             let broken = |broken| ReadError::Broken { path: self.path.clone(), at: head.at, source: broken };
             match head.opcode {
@@ -286,8 +288,8 @@ impl Entry<'_> {
         self.content
     }
 
-    /// The message, if it is one of this topic; bit for bit what was sent. Of an older version, what it has in common
-    /// with ours.
+    /// The message, if it is one of this topic; bit for bit what was sent. One of an older version becomes one of ours:
+    /// see [`messages::Older`].
     ///
     /// # Errors
     /// If it is of a version this build does not know, or damaged.
@@ -295,7 +297,10 @@ impl Entry<'_> {
         if !self.is_of(topic.name()) {
             return Ok(None);
         }
-        self.decode::<T>(topic.name(), T::WIRE_NAME, self.content).map(Some)
+        match T::OLDER.iter().find(|older| older.wire_name == self.channel.schema) {
+            Some(older) => self.decode_older(topic.name(), older).map(Some),
+            None => self.decode::<T>(topic.name(), T::WIRE_NAME, self.content).map(Some),
+        }
     }
 
     /// The walking pattern, if it is one.
@@ -341,13 +346,29 @@ impl Entry<'_> {
         self.decode_as(topic, &self.channel.schema, content)
     }
 
-    /// Decodes what was written after a schema of ours, which may be older than `T`.
-    fn decode_as<T: Plain>(&mut self, topic: &str, schema: &str, content: &[u8]) -> Result<T, ReadError> {
-        let size = T::SHAPE.size();
+    fn decode_older<T: Message>(&mut self, topic: &str, older: &'static Older) -> Result<T, ReadError> {
+        self.known(topic, T::WIRE_NAME)?;
+        self.take_room(T::SHAPE.size())?;
+        let plans = &mut self.decoding.older;
+        if !plans.contains_key(older.wire_name) {
+            plans.insert(older.wire_name, OlderPlan::new(T::SHAPE, older)?);
+        }
+        plans[older.wire_name].read(self.content).ok_or_else(|| self.damaged(topic))
+    }
+
+    /// That so many bytes more may be taken in memory.
+    fn take_room(&mut self, size: usize) -> Result<(), ReadError> {
         let Some(room) = self.decoding.room.checked_sub(size as u64) else {
             return Err(ReadError::TooMuch { path: self.path.to_path_buf(), max_bytes: self.decoding.max_bytes });
         };
         self.decoding.room = room;
+        Ok(())
+    }
+
+    /// Decodes what was written after a schema of ours, which may be older than `T`.
+    fn decode_as<T: Plain>(&mut self, topic: &str, schema: &str, content: &[u8]) -> Result<T, ReadError> {
+        let size = T::SHAPE.size();
+        self.take_room(size)?;
         let key = struct_name::<T>();
         if !self.decoding.plans.contains_key(key) {
             self.decoding.plans.insert(key, Plan::reading(T::SHAPE, schema)?);

@@ -154,7 +154,7 @@ impl Viewer {
                 let [_, _, thickness] = self.settings.sole_size_m;
                 let middle = std::array::from_fn(|row| position[row] + rotation[3 * row + 2] * 0.5 * thickness);
                 put_solid(out, CUBES, middle, rotation, self.settings.sole_size_m, [BLUE, GREEN][foot]);
-                let (from, force) = at_zmp(position, &truth.foot_wrench[foot]);
+                let (from, force) = at_zmp(position, &truth.foot_wrench_n_nm[foot]);
                 put_arrow(out, from, force);
             }
             put_solid(out, SPHERES, truth.com_position_m, &IDENTITY, [0.04; 3], ORANGE);

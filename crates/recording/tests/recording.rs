@@ -114,7 +114,7 @@ fn every_message_comes_back_bit_for_bit() {
     assert_eq!(recording.files().expect("whole"), info().files);
     let survey = recording.survey().expect("whole");
     let state = &survey.topics["/robot/state"];
-    assert_eq!((state.schema.as_str(), state.messages), ("soleus.RobotStateV1", 6));
+    assert_eq!((state.schema.as_str(), state.messages), ("soleus.RobotStateV2", 6));
 }
 
 /// The last message of a topic, decoded by an independent protobuf library with nothing but what is in the file.
@@ -195,7 +195,7 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     let mut state = RobotState { header: Header::new(-3, 77), joint_count: 2, ..RobotState::ZERO };
     state.header.sequence = 300;
     state.joint_position_rad[1] = 0.25;
-    state.foot_wrench[1][2] = 400.5;
+    state.foot_wrench_n_nm[1][2] = 400.5;
     writer.record(topic::ROBOT_STATE, &state).expect("room");
     let mut truth = Truth { header: Header::new(400, 77), joint_count: 1, ..Truth::ZERO };
     truth.joint_position_rad[0] = -0.5;
@@ -204,11 +204,11 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     truth.base_position_m = [1.0, 2.0, 3.0];
     truth.base_rotation = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     truth.sole_rotation = [truth.base_rotation; 2];
-    truth.foot_wrench[0][2] = 200.0;
+    truth.foot_wrench_n_nm[0][2] = 200.0;
     writer.record(topic::TRUTH_ROBOT, &truth).expect("room");
     writer.show_truth(&truth).expect("room");
     let mut deformation = SoleDeformation::ZERO;
-    deformation.feet[1].compliance[35] = 7.0;
+    deformation.feet[1].compliance_m_rad_per_n_nm[35] = 7.0;
     writer.record(topic::SOLE_DEFORMATION, &deformation).expect("room");
     writer.record_pattern(&PatternHeader::ZERO, &[PatternPhase { kind: 2, ..PatternPhase::ZERO }; 2]).expect("room");
     writer.finish().expect("room");
@@ -218,8 +218,8 @@ fn other_programs_read_the_numbers_with_the_schema_in_the_file() {
     assert_eq!(at(&state, "header.sequence"), Value::U64(300));
     assert_eq!(at(&state, "joint_count"), Value::U32(2));
     assert_eq!(at(&state, "joint_position_rad.1"), Value::F64(0.25));
-    assert_eq!(at(&state, "foot_wrench.8"), Value::F64(400.5));
-    assert_eq!(at(&decoded(&path, "/sole/deformation"), "feet.1.compliance.35"), Value::F64(7.0));
+    assert_eq!(at(&state, "foot_wrench_n_nm.8"), Value::F64(400.5));
+    assert_eq!(at(&decoded(&path, "/sole/deformation"), "feet.1.compliance_m_rad_per_n_nm.35"), Value::F64(7.0));
     assert_eq!(at(&decoded(&path, "/walk/pattern"), "phases.1.kind"), Value::EnumNumber(2));
     let transforms = decoded(&path, "/tf");
     assert_eq!(at(&transforms, "transforms.0.child_frame_id"), Value::String("body".to_string()));
@@ -274,7 +274,7 @@ fn viewers_see_soles_forces_and_points_where_they_are() {
     truth.sole_position_m = [[0.0, 0.1, 0.0], [0.5, -0.1, 0.2]];
     (truth.com_position_m, truth.zmp_m) = ([0.1, 0.2, 0.8], [0.3, 0.4]);
     // Of the left foot nothing worth an arrow.
-    truth.foot_wrench = [[0.0, 0.0, 0.05, 9.0, 9.0, 9.0], [30.0, -40.0, 120.0, 9.0, 9.0, 9.0]];
+    truth.foot_wrench_n_nm = [[0.0, 0.0, 0.05, 9.0, 9.0, 9.0], [30.0, -40.0, 120.0, 9.0, 9.0, 9.0]];
     writer.show_truth(&truth).expect("room");
     let mut contact = SoleContact { header: Header::new(0, 7), ..SoleContact::ZERO };
     let nodes = &mut contact.feet[1];
@@ -627,11 +627,11 @@ fn other_versions_and_damaged_messages_are_errors_that_name_them() {
     };
     let message = refused("soleus.RobotStateV0", b"");
     assert!(
-        message.ends_with("has `robot/state` as soleus.RobotStateV0, this build knows soleus.RobotStateV1"),
+        message.ends_with("has `robot/state` as soleus.RobotStateV0, this build knows soleus.RobotStateV2"),
         "{message}"
     );
     // A key whose length is beyond the end.
-    let message = refused("soleus.RobotStateV1", &[0x0a, 0x7f]);
+    let message = refused("soleus.RobotStateV2", &[0x0a, 0x7f]);
     assert!(message.ends_with("message 0 of `robot/state` is damaged"), "{message}");
 }
 

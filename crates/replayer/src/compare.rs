@@ -203,7 +203,7 @@ mod tests {
     fn differences_count_in_units_of_the_number_where_it_is_larger_than_one() {
         let mut comparison = Comparison::default();
         let (mut then, mut now) = (state(0), state(0));
-        (then.foot_wrench[0][2], now.foot_wrench[0][2]) = (400.0, 400.4);
+        (then.foot_wrench_n_nm[0][2], now.foot_wrench_n_nm[0][2]) = (400.0, 400.4);
         comparison.message(TOPIC, Some(&then), Some(&now));
         assert!(comparison.within(1.1e-3) && !comparison.within(0.9e-3));
     }

@@ -31,6 +31,15 @@ impl JointMap {
         &self.resting_rad
     }
 
+    /// The bit of a joint of the model among those of the interface: its bit *i* is joint *i*.
+    ///
+    /// # Panics
+    /// If the model has no such joint, or the interface more than 64.
+    #[must_use]
+    pub fn interface_bit(&self, model_joint: usize) -> u64 {
+        1 << self.interface_of_model[model_joint]
+    }
+
     /// Writes the model's values into an array in the interface's order; other joints keep what is there.
     ///
     /// # Panics

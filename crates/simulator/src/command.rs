@@ -92,7 +92,7 @@ pub(crate) fn check_command(command: &RobotCommand, joint_count: usize, now: i64
 fn check_plan(plan: &Plan) -> Result<(), ImpossibleCommand> {
     let vectors =
         [plan.base_position_m, plan.com_position_m, plan.com_velocity_m_per_s, plan.com_acceleration_m_per_s2];
-    let of_feet = plan.feet.iter().flat_map(|foot| foot.wrench.iter().chain(&foot.ankle_position_m));
+    let of_feet = plan.feet.iter().flat_map(|foot| foot.wrench_n_nm.iter().chain(&foot.ankle_position_m));
     if let Some(large) = vectors.as_flattened().iter().chain(&plan.zmp_m).chain(of_feet).find(|x| x.abs() > NUMBER_MAX)
     {
         return Err(ImpossibleCommand::TooLarge(*large));
@@ -103,7 +103,7 @@ fn check_plan(plan: &Plan) -> Result<(), ImpossibleCommand> {
         if R_WA.column(0).xy().norm() < HEADING_MIN {
             return Err(ImpossibleCommand::Upright { foot });
         }
-        let found_n = planned.wrench[2];
+        let found_n = planned.wrench_n_nm[2];
         if found_n < -PULL_MAX_N {
             return Err(ImpossibleCommand::Pull { foot, found_n });
         }
@@ -142,7 +142,7 @@ mod tests {
             foot.ankle_rotation = ONE;
             foot.ankle_position_m[2] = 0.1;
             foot.load_share = 0.5;
-            foot.wrench[2] = 190.0;
+            foot.wrench_n_nm[2] = 190.0;
         }
         command
     }
@@ -159,8 +159,8 @@ mod tests {
             ((|c| c.plan.zmp_m[0] = f64::NAN) as fn(&mut RobotCommand), "not finite"),
             (|c| c.joint_count = 29, "29 joints"),
             (|c| c.header.tick = 1, "for tick 1, it is tick 0"),
-            (|c| c.plan.feet[1].wrench[4] = 1e300, "1e300"),
-            (|c| c.plan.feet[0].wrench[2] = -5.0, "-5 N pull on foot 0"),
+            (|c| c.plan.feet[1].wrench_n_nm[4] = 1e300, "1e300"),
+            (|c| c.plan.feet[0].wrench_n_nm[2] = -5.0, "-5 N pull on foot 0"),
             (|c| c.plan.feet[1].load_share = 1.5, "share of 1.5"),
             (|c| c.plan.base_rotation = [0.0; 9], "no rotation where one belongs (base)"),
             (|c| c.plan.feet[1].ankle_rotation[0] = -1.0, "(right ankle)"),
@@ -171,7 +171,7 @@ mod tests {
             assert!(message.contains(said), "no `{said}` in {message}");
         }
         let mut rounded = command();
-        rounded.plan.feet[0].wrench[2] = -1e-9;
+        rounded.plan.feet[0].wrench_n_nm[2] = -1e-9;
         assert_eq!(check_command(&rounded, 30, 0), Ok(()));
     }
 }

@@ -21,7 +21,7 @@ pub(crate) fn state_message(header: Header, joints: &JointMap, sensors: &PlantSe
     out.imu_orientation_xyzw = [v.x, v.y, v.z, w];
     out.gyro_rad_per_s = sensors.angular_velocity.into();
     out.accelerometer_m_per_s2 = sensors.acceleration.into();
-    out.foot_wrench = sensors.foot_wrenches.map(|wrench| wrench.to_vector().into());
+    out.foot_wrench_n_nm = sensors.foot_wrenches.map(|wrench| wrench.to_vector().into());
     out
 }
 
@@ -61,9 +61,9 @@ fn base_pose(plan: &PlanMessage) -> Transform {
 fn plan(message: &PlanMessage) -> Plan {
     let foot = |foot: &messages::PlanFoot| {
         let ankle = Transform::new(from_row_major(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m));
-        let wrench = Wrench::from_vector(&Vec6::from(foot.wrench));
+        let wrench = Wrench::from_vector(&Vec6::from(foot.wrench_n_nm));
         // The plan's ground is z = 0.
-        FootPlan::of_wrench(foot.in_contact == 1, foot.load_share, &wrench, ankle, 0.0)
+        FootPlan::of_wrench(foot.loaded == 1, foot.load_share, &wrench, ankle, 0.0)
     };
     Plan {
         base: base_pose(message),
@@ -91,12 +91,15 @@ pub(crate) fn truth_message(
         joint_count: joints.interface_count() as u32,
         base_position_m: truth.base.translation.into(),
         base_rotation: row_major(&truth.base.rotation),
-        base_twist: truth.base_twist.to_vector().into(),
+        base_twist_m_rad_per_s: truth.base_twist.to_vector().into(),
+        angular_momentum_kg_m2_per_s: truth.angular_momentum.into(),
+        push_force_n: truth.push_force.into(),
+        push_point_m: truth.push_point.into(),
         com_position_m: truth.com.into(),
         com_velocity_m_per_s: truth.com_velocity.into(),
         com_acceleration_m_per_s2: truth.com_acceleration.into(),
         zmp_m: truth.zmp.map_or(last_zmp_m, Into::into),
-        foot_wrench: truth.feet.map(|foot| foot.wrench.to_vector().into()),
+        foot_wrench_n_nm: truth.feet.map(|foot| foot.wrench.to_vector().into()),
         sole_position_m: truth.feet.map(|foot| foot.sole.translation.into()),
         sole_rotation: truth.feet.map(|foot| row_major(&foot.sole.rotation)),
         ankle_position_m: truth.feet.map(|foot| foot.ankle.translation.into()),
@@ -106,8 +109,6 @@ pub(crate) fn truth_message(
         contact_iterations: truth.integration.newton_steps as u32,
         ..TruthMessage::default()
     };
-    let momentum = truth.angular_momentum;
-    out.momentum[3..].copy_from_slice(momentum.as_slice());
     let resting = joints.resting_rad();
     out.joint_position_rad[..resting.len()].copy_from_slice(resting);
     joints.to_interface(exact.0, &mut out.joint_position_rad);
@@ -142,12 +143,12 @@ mod tests {
         };
         let quarter_turn = so3::about_z(std::f64::consts::FRAC_PI_2);
         for (foot, side) in message.feet.iter_mut().zip([1.0, -1.0]) {
-            foot.in_contact = u32::from(side > 0.0);
+            foot.loaded = u32::from(side > 0.0);
             foot.load_share = 0.5 + 0.25 * side;
             foot.ankle_position_m = [0.1, 0.08 * side, 0.1];
             foot.ankle_rotation = message.base_rotation;
             // 200 N upwards, 30 mm in front of the ankle and 10 mm to its left.
-            foot.wrench = [0.0, 0.0, 200.0, 2.0, -6.0, 0.0];
+            foot.wrench_n_nm = [0.0, 0.0, 200.0, 2.0, -6.0, 0.0];
         }
         let plan = plan(&message);
         assert!((plan.base.rotation - quarter_turn).norm() < 1e-15, "{}", plan.base.rotation);

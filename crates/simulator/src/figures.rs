@@ -45,6 +45,10 @@ pub struct Figures {
     pub refused: u64,
     /// Control periods in which integration or contact did not reach its tolerance.
     pub unconverged: u64,
+    /// Joints at or beyond the limits of their position at any tick: bit *i* is joint *i* of the interface.
+    pub joints_at_limit_bits: u64,
+    /// Drives at the limit of their torque at any tick.
+    pub drives_saturated_bits: u64,
 }
 
 impl Figures {

@@ -1,7 +1,7 @@
 //! The simulator over the bus: commands move the robot, its state wakes the others.
 
 use messages::code::{Process, Reason};
-use messages::topic;
+use messages::{SimulatorFigures, topic};
 use node::{End, Failure, Program, Shell};
 use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
 use soles::Store;
@@ -101,21 +101,18 @@ impl Simulate {
         let figures = self.process.figures();
         let health = shell.figures();
         health.walk_time_s = output.truth.walk_time_s;
-        health.distance_m = figures.distance_m;
-        health.fallen = output.truth.fallen;
         health.late = figures.late;
         health.solver_iterations = output.truth.contact_iterations;
         health.reason = output.over.unwrap_or(Reason::None).code();
-        health.values[..8].copy_from_slice(&[
-            figures.com_error_m.rms(),
-            figures.com_error_m.max,
-            figures.zmp_error_m.rms(),
-            figures.zmp_error_m.max,
-            figures.base_tilt_rad.max,
-            figures.unconverged as f64,
-            f64::from(output.truth.fall_cause),
-            figures.refused as f64,
-        ]);
+        health.simulator = SimulatorFigures {
+            distance_m: figures.distance_m,
+            fallen: output.truth.fallen,
+            fall_cause: output.truth.fall_cause,
+            periods_unconverged: figures.unconverged,
+            commands_refused: figures.refused,
+            joints_at_limit_bits: figures.joints_at_limit_bits,
+            drives_saturated_bits: figures.drives_saturated_bits,
+        };
     }
 }
 

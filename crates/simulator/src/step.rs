@@ -44,6 +44,8 @@ pub struct SimulatorProcess {
     taken: Option<RobotCommand>,
     age_ticks: u32,
     refused_in_a_row: u64,
+    /// Tick of the command under which the robot came here.
+    acting_tick: i64,
     /// The plan that the robot should have reached now.
     reached: Option<Plan>,
     tick: i64,
@@ -96,6 +98,7 @@ impl SimulatorProcess {
             taken: None,
             age_ticks: 0,
             refused_in_a_row: 0,
+            acting_tick: -1,
             reached: None,
             tick: -1,
             start: None,
@@ -126,6 +129,7 @@ impl SimulatorProcess {
         check_command(command, self.joints.interface_count(), 0)?;
         self.plant.place(&configuration(command, &self.joints, self.joint_count));
         self.taken = Some(*command);
+        self.acting_tick = command.header.tick;
         self.reached = Some(command.plan);
         self.tick = 0;
         Ok(self.output())
@@ -166,6 +170,7 @@ impl SimulatorProcess {
             let share =
                 if late { 1.0 - f64::from(self.age_ticks.min(FADE_TICKS)) / f64::from(FADE_TICKS) } else { 1.0 };
             plant_command(taken, &self.joints, share, &mut self.command);
+            self.acting_tick = taken.header.tick;
             self.reached = Some(taken.plan);
             self.age_ticks = self.age_ticks.saturating_add(1);
             if taken.mode == Mode::Finished.code() {
@@ -212,8 +217,18 @@ impl SimulatorProcess {
         let (real, sensors) = (self.plant.truth(), self.plant.sensors());
         let mut truth = truth_message(header, walk_time_s, &self.joints, real, sensors, exact, self.last_zmp_m);
         for axis in 0..3 {
-            truth.momentum[axis] = self.plant.model().total_mass_kg() * real.com_velocity[axis];
+            truth.linear_momentum_kg_m_per_s[axis] = self.plant.model().total_mass_kg() * real.com_velocity[axis];
         }
+        truth.command_tick = self.acting_tick;
+        for (joint, limits) in self.plant.model().joints().iter().map(|joint| &joint.limits).enumerate() {
+            let bit = self.joints.interface_bit(joint);
+            let angle_rad = self.plant.state().q.joints[joint];
+            let within = limits.lower < angle_rad && angle_rad < limits.upper;
+            truth.joints_at_limit_bits |= if within { 0 } else { bit };
+            truth.drives_saturated_bits |= if self.plant.drive_saturated(joint) { bit } else { 0 };
+        }
+        self.figures.joints_at_limit_bits |= truth.joints_at_limit_bits;
+        self.figures.drives_saturated_bits |= truth.drives_saturated_bits;
         let soft = [0, 1].map(|foot| self.plant.contact(foot).map_or(0.0, |contact| contact.residual));
         truth.contact_residual = soft[0].max(soft[1]);
         let stored = [0, 1].map(|foot| self.plant.contact(foot).map_or(0.0, |contact| contact.elastic_energy_j));

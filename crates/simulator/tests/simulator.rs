@@ -92,7 +92,7 @@ fn what_is_said_of_a_robot_in_free_fall_is_mechanics() {
             (last.time_s - t_s).abs() < ROUNDING && (last.com_velocity_m_per_s[2] + GRAVITY * t_s).abs() < ROUNDING
         );
         assert!((last.com_acceleration_m_per_s2[2] + GRAVITY).abs() < ROUNDING);
-        assert!((last.momentum[2] + mass_kg * GRAVITY * t_s).abs() < mass_kg * ROUNDING);
+        assert!((last.linear_momentum_kg_m_per_s[2] + mass_kg * GRAVITY * t_s).abs() < mass_kg * ROUNDING);
         assert!((last.kinetic_energy_j - 0.5 * mass_kg * (GRAVITY * t_s).powi(2)).abs() < 1e-6);
         assert!(last.servo_work_j.abs() < 1e-6, "nothing holds anything: {} J", last.servo_work_j);
         assert!(output.state.accelerometer_m_per_s2.iter().all(|a| a.abs() < 1e-6), "weightless");
@@ -125,15 +125,15 @@ fn truth_and_state_agree_with_the_kinematics_of_the_robot() {
         let (truth, state) = (output.truth, output.state);
         assert!((truth.walk_time_s - (tick - 3) as f64 * CONTROL_PERIOD_S).abs() < ROUNDING, "{}", truth.walk_time_s);
         let impulse_share = (truth.walk_time_s.clamp(0.0, 0.05)) / 0.05;
-        assert!((truth.momentum[0] - impulse_share * 80.0 * 0.05).abs() < 1e-6, "{}", truth.momentum[0]);
+        assert!((truth.linear_momentum_kg_m_per_s[0] - impulse_share * 80.0 * 0.05).abs() < 1e-6, "{}", truth.linear_momentum_kg_m_per_s[0]);
         let R_WB = Mat3::from_row_slice(&truth.base_rotation);
-        let w_W = Vec3::from_column_slice(&truth.base_twist[3..]);
+        let w_W = Vec3::from_column_slice(&truth.base_twist_m_rad_per_s[3..]);
         // The inertial unit is not turned against the base.
         assert!((Vec3::from(state.gyro_rad_per_s) - R_WB.transpose() * w_W).norm() < ROUNDING);
         let [x, y, z, w] = state.imu_orientation_xyzw;
         assert!((so3::from_quaternion(w, &Vec3::new(x, y, z)) - R_WB).norm() < ROUNDING);
         assert_eq!(state.joint_position_rad, truth.joint_position_rad);
-        let angular = Vec3::from_column_slice(&truth.momentum[3..]);
+        let angular = Vec3::from(truth.angular_momentum_kg_m2_per_s);
         if truth.walk_time_s > 0.051 {
             assert!((angular - spin).norm() < 1e-6, "nothing turns it any more");
         }
@@ -316,11 +316,11 @@ fn the_zero_moment_point_of_a_robot_in_the_air_is_the_last_one_it_had() {
     let mut low = command;
     low.plan.base_position_m = [0.0, 0.0, robot.sole.foot.ankle_in_sole_m(0)[2] - ankle.z - 2e-3];
     let mut last = simulator.place(&low).expect("a place").truth;
-    assert!(last.foot_wrench[0][2] > 100.0, "{:?}", last.foot_wrench);
+    assert!(last.foot_wrench_n_nm[0][2] > 100.0, "{:?}", last.foot_wrench_n_nm);
     let mut in_the_air = 0;
     for _ in 0..30 {
         let now = simulator.advance().truth;
-        if now.foot_wrench.iter().all(|wrench| wrench[2] == 0.0) {
+        if now.foot_wrench_n_nm.iter().all(|wrench| wrench[2] == 0.0) {
             assert_eq!(now.zmp_m, last.zmp_m);
             assert!(now.zmp_m != [0.0; 2]);
             in_the_air += 1;

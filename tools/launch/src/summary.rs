@@ -33,13 +33,13 @@ pub struct Summary {
 
 /// How the controller's steps were found.
 struct ControllerSteps {
-    solved: f64,
-    relaxed: f64,
-    held: f64,
+    solved: u64,
+    relaxed: u64,
+    held: u64,
     /// Those of all that the reserve solver answered.
-    by_reserve: f64,
+    by_reserve: u64,
     /// The worst limit that gave way: kind, which of its kind, by how much.
-    worst: (Limit, f64, f64),
+    worst: (Limit, u32, f64),
 }
 
 /// How far the controller's own state was from what it was drawn towards; all zero in open loop.
@@ -48,7 +48,7 @@ struct Feedback {
     base_max_m: f64,
     base_max_rad: f64,
     /// Measurements that were not used.
-    refused: f64,
+    refused: u64,
 }
 
 /// Root of the mean square, and the largest.
@@ -94,15 +94,23 @@ impl Summary {
         }
         self.misses = self.misses.max(health.misses);
         if health.process == Process::Controller.code() && health.cycles > 0 {
-            // Their order is documented with the message.
-            let [relaxed, held, _, _, _, _, solved, kind, index, amount, by_reserve, base_m, base_rad, _, refused, ..] =
-                health.values;
-            let worst = (Limit::from_code(kind as u32).unwrap_or(Limit::None), index, amount);
-            self.steps = Some(ControllerSteps { solved, relaxed, held, by_reserve, worst });
+            let figures = &health.controller;
+            let worst = (
+                Limit::from_code(figures.worst_limit).unwrap_or(Limit::None),
+                figures.worst_limit_index,
+                figures.worst_limit_amount,
+            );
+            self.steps = Some(ControllerSteps {
+                solved: figures.steps_solved,
+                relaxed: figures.steps_relaxed,
+                held: figures.steps_held,
+                by_reserve: figures.steps_by_backup,
+                worst,
+            });
             let feedback = &mut self.feedback;
-            feedback.base_max_m = feedback.base_max_m.max(base_m);
-            feedback.base_max_rad = feedback.base_max_rad.max(base_rad);
-            feedback.refused = refused;
+            feedback.base_max_m = feedback.base_max_m.max(figures.base_distance_m);
+            feedback.base_max_rad = feedback.base_max_rad.max(figures.base_distance_rad);
+            feedback.refused = figures.measurements_refused;
         }
         if health.process == Process::Recorder.code() {
             self.lost = health.lost;
@@ -134,7 +142,7 @@ impl Summary {
         if let (Some(planned), true) = (self.planned_zmp_m.remove(&tick), upright) {
             self.cart_table_error_m.add(distance(&planned, &cart_table));
         }
-        for foot in deformation.feet.iter().filter(|foot| foot.in_contact == 1) {
+        for foot in deformation.feet.iter().filter(|foot| foot.loaded == 1) {
             let estimates = &mut self.estimates;
             match Outcome::from_code(foot.status) {
                 Some(Outcome::Solved) => {
@@ -258,16 +266,16 @@ impl Summary {
             let worst = match limit {
                 Limit::None => String::new(),
                 Limit::Load | Limit::Contact => {
-                    format!(" (worst: {limit} {} by {amount:.3e})", if index == 0.0 { "left" } else { "right" })
+                    format!(" (worst: {limit} {} by {amount:.3e})", if index == 0 { "left" } else { "right" })
                 }
                 _ => format!(" (worst: {limit} {index} by {amount:.3e}; the controller's log has names)"),
             };
             let reserve =
-                if by_reserve > 0.0 { format!("; {by_reserve} answered by the reserve solver") } else { String::new() };
+                if by_reserve > 0 { format!("; {by_reserve} answered by the reserve solver") } else { String::new() };
             row("controller steps", format!("{solved} solved, {relaxed} relaxed{worst}, {held} held{reserve}"));
         }
         let Feedback { base_max_m, base_max_rad, refused } = self.feedback;
-        if base_max_m > 0.0 || refused > 0.0 {
+        if base_max_m > 0.0 || refused > 0 {
             let (base_mm, base_deg) = (1e3 * base_max_m, base_max_rad.to_degrees());
             let base = format!("observed base up to {base_mm:.1} mm, {base_deg:.2} deg from the own");
             row("feedback", format!("{base}; {refused} measurements not used"));
@@ -306,7 +314,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::Header;
+    use messages::{ControllerFigures, Header};
     use messages::code::{Reason, State};
     use std::time::Duration;
 
@@ -335,14 +343,17 @@ mod tests {
         summary.health(&health);
         assert!(!summary.table().contains("controller steps"), "it has made none");
         health.cycles = 20;
-        (health.values[0], health.values[1], health.values[6]) = (2.0, 3.0, 15.0);
+        health.controller =
+            ControllerFigures { steps_relaxed: 2, steps_held: 3, steps_solved: 15, ..ControllerFigures::default() };
         summary.health(&health);
         assert!(summary.table().contains("15 solved, 2 relaxed, 3 held\n"), "{}", summary.table());
-        health.values[7..11].copy_from_slice(&[f64::from(Limit::Contact.code()), 1.0, 0.25, 4.0]);
+        health.controller.worst_limit = Limit::Contact.code();
+        (health.controller.worst_limit_index, health.controller.worst_limit_amount) = (1, 0.25);
+        health.controller.steps_by_backup = 4;
         summary.health(&health);
         let told = "15 solved, 2 relaxed (worst: motion of standing ankle right by 2.500e-1), 3 held; 4 answered by the reserve solver";
         assert!(summary.table().contains(told), "{}", summary.table());
-        health.values[7..9].copy_from_slice(&[f64::from(Limit::Torque.code()), 5.0]);
+        (health.controller.worst_limit, health.controller.worst_limit_index) = (Limit::Torque.code(), 5);
         summary.health(&health);
         assert!(summary.table().contains("(worst: torque of joint 5 by"), "{}", summary.table());
         // Another process's figures mean something else.
@@ -358,9 +369,11 @@ mod tests {
         health.cycles = 20;
         summary.health(&health);
         assert!(!summary.table().contains("feedback"), "{}", summary.table());
-        health.values[11..15].copy_from_slice(&[0.012, 0.01, 0.5, 3.0]);
+        health.controller.measurements_refused = 3;
+        (health.controller.base_distance_m, health.controller.base_distance_rad) = (0.012, 0.01);
         summary.health(&health);
-        health.values[11..15].copy_from_slice(&[0.002, 0.05, 0.5, 7.0]);
+        health.controller.measurements_refused = 7;
+        (health.controller.base_distance_m, health.controller.base_distance_rad) = (0.002, 0.05);
         summary.health(&health);
         let told = "observed base up to 12.0 mm, 2.86 deg from the own; 7 measurements not used\n";
         assert!(summary.table().contains(told), "{}", summary.table());
@@ -399,11 +412,11 @@ mod tests {
         assert!(!summary.table().contains("sole estimates"));
         let mut deformation = SoleDeformation { header: Header::new(0, 7), ..SoleDeformation::default() };
         let [left, right] = &mut deformation.feet;
-        (left.in_contact, left.status, left.iterations, left.residual) = (1, Outcome::Solved.code(), 4, 1e-9);
-        (right.in_contact, right.status, right.iterations, right.residual) = (1, Outcome::Held.code(), 50, 1.0);
+        (left.loaded, left.status, left.iterations, left.residual) = (1, Outcome::Solved.code(), 4, 1e-9);
+        (right.loaded, right.status, right.iterations, right.residual) = (1, Outcome::Held.code(), 50, 1.0);
         summary.deformation(&deformation);
         let [left, right] = &mut deformation.feet;
-        (left.iterations, left.residual, right.in_contact) = (7, 3e-9, 0);
+        (left.iterations, left.residual, right.loaded) = (7, 3e-9, 0);
         summary.deformation(&deformation);
         let told = "2 solved, 1 not; 5.5 iterations mean, 7 max; residual 3.0e-9 max";
         assert!(summary.table().contains(told), "{}", summary.table());
