@@ -76,18 +76,19 @@ fn main() -> anyhow::Result<()> {
     }
     let all_s = (thread_cpu_ns() - begun_ns) as f64 * 1e-9;
     std::fs::write(second, rows)?;
-    let figures = walk.simulator().figures();
+    let figures = walk.figures();
+    let millimetres = |metres: Option<f64>| 1e3 * metres.unwrap_or(f64::NAN);
     let energies = walk.simulator().plant().truth().energies;
     println!(
         "{first} {}: {:?}, {} ticks, COM error rms {:.3} max {:.3} mm, ZMP error rms {:.3} max {:.3} mm, unconverged {}",
         rest.join(" "),
         walk.over(),
         spent_ns.len(),
-        figures.com_error_m.rms() * 1e3,
-        figures.com_error_m.max * 1e3,
-        figures.zmp_error_m.rms() * 1e3,
-        figures.zmp_error_m.max * 1e3,
-        figures.unconverged
+        millimetres(figures.com_error_rms_m),
+        millimetres(figures.com_error_max_m),
+        millimetres(figures.zmp_error_rms_m),
+        millimetres(figures.zmp_error_max_m),
+        figures.periods_unconverged
     );
     let sum_ns: u64 = spent_ns.iter().sum();
     let (ticks, walked_s) = (spent_ns.len() as f64, spent_ns.len() as f64 * 5e-3);

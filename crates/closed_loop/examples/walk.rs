@@ -48,19 +48,8 @@ fn main() -> anyhow::Result<()> {
         }
     }
     let wall_s = started.elapsed().as_secs_f64();
-    let f = walk.simulator().figures();
-    println!(
-        "{:?} after {ticks} ticks, {:.1} x real time; distance {:.4} m; COM error rms {:.4} max {:.4} m; ZMP error rms {:.4} max {:.4} m; tilt max {:.2} deg; unconverged {}",
-        walk.over(),
-        ticks as f64 * 0.005 / wall_s,
-        f.distance_m,
-        f.com_error_m.rms(),
-        f.com_error_m.max,
-        f.zmp_error_m.rms(),
-        f.zmp_error_m.max,
-        f.base_tilt_rad.max.to_degrees(),
-        f.unconverged
-    );
+    println!("{:?} after {ticks} ticks, {:.1} x real time", walk.over(), ticks as f64 * 0.005 / wall_s);
+    print!("{}", report::table(&walk.figures()));
     println!("numbers of commands and truth: {hash}");
     Ok(())
 }

@@ -19,6 +19,7 @@ use estimator::{EstimatorOutput, EstimatorProcess, EstimatorSettings};
 use messages::code::Reason;
 use messages::{RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart};
 use planner::{PlannerOutput, PlannerSettings};
+use report::{Gather, ReportSettings, Said, WalkFigures};
 use scenario::Scenario;
 use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
 use soles::Store;
@@ -87,6 +88,7 @@ pub struct ClosedLoop {
     controller: ControllerProcess,
     simulator: SimulatorProcess,
     now: SimulatorOutput,
+    gather: Gather,
 }
 
 impl ClosedLoop {
@@ -115,7 +117,10 @@ impl ClosedLoop {
         let unplaced = simulator.unplaced();
         let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, &mut |_| {})?;
         let now = simulator.place(&command).context("simulator")?;
-        Ok(Self { planned, estimator, controller, simulator, now })
+        let mut gather = Gather::default();
+        gather.take(Said::Pattern(&planned.header, &planned.phases));
+        gather.take(Said::Command(&command));
+        Ok(Self { planned, estimator, controller, simulator, now, gather })
     }
 
     /// One control period; `None` once the run is over.
@@ -166,6 +171,12 @@ impl ClosedLoop {
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
         let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state, &mut done)?;
+        self.gather.take(Said::Truth(&truth));
+        self.gather.take(Said::Command(&command));
+        self.gather.take(Said::Deformation(&estimate.deformation));
+        if let Some(start) = &start {
+            self.gather.take(Said::Start(start));
+        }
         self.now = advance(&mut self.simulator);
         done(Part::Plant);
         self.simulator.take_command(&command);
@@ -180,6 +191,17 @@ impl ClosedLoop {
     #[must_use]
     pub fn over(&self) -> Option<Reason> {
         self.now.over
+    }
+
+    /// The figures of the walk so far, as of a recording; nobody measures times here.
+    #[must_use]
+    pub fn figures(&self) -> WalkFigures {
+        let simulator = self.simulator.figures();
+        WalkFigures {
+            periods_unconverged: simulator.periods_unconverged,
+            commands_refused: simulator.commands_refused,
+            ..self.gather.finish(&ReportSettings::default())
+        }
     }
 
     /// The controller, with the report of its last step.

@@ -4,7 +4,7 @@ use closed_loop::{ClosedLoop, Tick};
 use messages::code::{Outcome, Reason};
 use messages::{Plain, RobotState};
 use scenario::{Scenario, Setting};
-use simulator::Figures;
+use report::WalkFigures;
 use state::Refused;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ fn walk(mut run: ClosedLoop, mut fault: impl FnMut(&mut RobotState), mut see: im
 }
 
 /// Walks to the end, all steps solved, all measurements used.
-fn walked(name: &str, settings: &[&str]) -> Figures {
+fn walked(name: &str, settings: &[&str]) -> WalkFigures {
     let run = walk(
         built(name, settings),
         |_| {},
@@ -37,7 +37,7 @@ fn walked(name: &str, settings: &[&str]) -> Figures {
     );
     assert_eq!(run.over(), Some(Reason::Finished));
     assert_eq!(run.controller().summary().measurements_refused, 0);
-    *run.simulator().figures()
+    run.figures()
 }
 
 /// A hash of all commands, to the bit.
@@ -58,9 +58,9 @@ fn feedback_keeps_the_body_nearer_to_the_plan_than_the_plan_alone_and_the_forces
     let open = walked("no-stabiliser.toml", &[SHORT]);
     let closed = walked("feedback.toml", &[SHORT]);
     // Measured over eleven swings: a quarter, a third.
-    assert!(closed.com_error_m.max < 0.6 * open.com_error_m.max, "{closed:?} {open:?}");
-    assert!(closed.zmp_error_m.rms() < 0.5 * open.zmp_error_m.rms(), "{closed:?} {open:?}");
-    assert!((closed.distance_m - 0.1).abs() < 0.005, "walked {} m", closed.distance_m);
+    assert!(closed.com_error_max_m.expect("truth") < 0.6 * open.com_error_max_m.expect("truth"), "{closed:?} {open:?}");
+    assert!(closed.zmp_error_rms_m.expect("truth") < 0.5 * open.zmp_error_rms_m.expect("truth"), "{closed:?} {open:?}");
+    assert!((closed.distance_m.expect("truth") - 0.1).abs() < 0.005, "walked {} m", closed.distance_m.expect("truth"));
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_push_that_fells_the_plan_alone_does_not_fell_feedback() {
     let open = walk(built("no-stabiliser.toml", &settings), |_| {}, |_| {});
     assert_eq!(open.over(), Some(Reason::Fallen));
     let closed = walked("feedback.toml", &settings);
-    assert!(closed.com_error_m.max > 0.01, "it was pushed: {closed:?}");
+    assert!(closed.com_error_max_m.expect("truth") > 0.01, "it was pushed: {closed:?}");
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn noise_a_delay_of_20_ms_and_a_unit_that_faces_backwards_cost_millimetres() {
             "controller.integration.measurement_delay_ticks=4",
         ],
     );
-    assert!(noisy.com_error_m.max < exact.com_error_m.max + 0.003, "{noisy:?} {exact:?}");
+    assert!(noisy.com_error_max_m.expect("truth") < exact.com_error_max_m.expect("truth") + 0.003, "{noisy:?} {exact:?}");
 }
 
 #[test]
@@ -141,6 +141,6 @@ fn measurements_that_fail_in_mid_walk_are_counted_with_their_reason_and_the_walk
     }
     assert_eq!(run.over(), Some(Reason::Finished));
     assert_eq!(spoilt, 4 * lasting_ticks as u64);
-    let figures = run.simulator().figures();
-    assert!(figures.com_error_m.max < 0.02, "{figures:?}");
+    let figures = run.figures();
+    assert!(figures.com_error_max_m.expect("truth") < 0.02, "{figures:?}");
 }

@@ -49,7 +49,7 @@ fn a_walk_that_begins_elsewhere_and_faces_elsewhere_is_the_same_walk() {
         let mut truths: Vec<Truth> = Vec::new();
         let run =
             walk("flat.toml", &[&["planner.gait.walk.swings=3"], settings].concat(), |tick| truths.push(tick.truth));
-        (truths, *run.simulator().figures())
+        (truths, run.figures())
     };
     let (here, figures) = gather(&[]);
     let (there, figures_there) = gather(&start.each_ref().map(|text| text.as_str()));
@@ -71,10 +71,10 @@ fn a_walk_that_begins_elsewhere_and_faces_elsewhere_is_the_same_walk() {
     assert!(turned_rad < APART_MAX_RAD, "{turned_rad:e} rad");
     // What is reported of both is the same, too.
     for (a, b) in [
-        (figures.distance_m, figures_there.distance_m),
-        (figures.com_error_m.max, figures_there.com_error_m.max),
-        (figures.zmp_error_m.rms(), figures_there.zmp_error_m.rms()),
-        (figures.base_tilt_rad.max, figures_there.base_tilt_rad.max),
+        (figures.distance_m.expect("truth"), figures_there.distance_m.expect("truth")),
+        (figures.com_error_max_m.expect("truth"), figures_there.com_error_max_m.expect("truth")),
+        (figures.zmp_error_rms_m.expect("truth"), figures_there.zmp_error_rms_m.expect("truth")),
+        (figures.base_tilt_max_rad.expect("truth"), figures_there.base_tilt_max_rad.expect("truth")),
     ] {
         assert!((a - b).abs() < APART_MAX_M, "{a} {b}");
     }
@@ -97,12 +97,12 @@ fn around_a_circle_the_body_turns_with_the_feet() {
         let planned_rad = yaw_rad(&tick.command.plan.base_rotation);
         plan_error_rad = plan_error_rad.max(short_way(planned_rad - now_rad).abs());
     });
-    let figures = run.simulator().figures();
+    let figures = run.figures();
     // Steps of 0.05 m on 0.4 m; the last swing only closes. Soles creep a little.
     assert!((turned_rad - 23.0 * 0.05 / 0.4).abs() < 0.02, "turned by {turned_rad} rad");
     assert!(behind_rad < 0.005, "{behind_rad} rad away from between the feet");
     assert!(plan_error_rad < 0.01, "{plan_error_rad} rad away from the plan");
-    assert!(figures.com_error_m.max < 0.01, "centre of mass off by {} m", figures.com_error_m.max);
-    assert!(figures.zmp_error_m.max < 0.03, "ZMP off by {} m", figures.zmp_error_m.max);
-    assert_eq!(figures.unconverged, 0);
+    assert!(figures.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", figures.com_error_max_m.expect("truth"));
+    assert!(figures.zmp_error_max_m.expect("truth") < 0.03, "ZMP off by {} m", figures.zmp_error_max_m.expect("truth"));
+    assert_eq!(figures.periods_unconverged, 0);
 }

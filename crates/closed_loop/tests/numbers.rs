@@ -146,7 +146,7 @@ fn commands_that_no_robot_could_follow_are_counted_and_change_nothing() {
         }
         assert_eq!(told.advance().truth, left_alone.advance().truth);
     }
-    assert_eq!((told.figures().refused, left_alone.figures().refused), (said.len() as u64, 0));
+    assert_eq!((told.figures().commands_refused, left_alone.figures().commands_refused), (said.len() as u64, 0));
     // Nobody who says nothing else for a second keeps the robot standing for ever.
     let over_after = |ticks: i64, is_impossible: fn(i64) -> bool| {
         let mut simulator = build();

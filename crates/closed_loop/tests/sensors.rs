@@ -3,11 +3,11 @@
 use closed_loop::ClosedLoop;
 use messages::code::{Outcome, Reason};
 use scenario::{Scenario, Setting};
-use simulator::Figures;
+use report::WalkFigures;
 use std::path::Path;
 
 /// Three swings with sensors as told; an error says why the walk was not walked.
-fn walk(sensors: &[&str]) -> anyhow::Result<Figures> {
+fn walk(sensors: &[&str]) -> anyhow::Result<WalkFigures> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/scenarios/flat.toml");
     let short = "planner.gait.walk.swings=3".to_string();
     let sensors = sensors.iter().map(|text| format!("simulator.plant.sensors.{text}"));
@@ -18,8 +18,8 @@ fn walk(sensors: &[&str]) -> anyhow::Result<Figures> {
         assert_eq!(tick.command.status, Outcome::Solved.code(), "tick {}", tick.state.header.tick);
     }
     assert_eq!(run.over(), Some(Reason::Finished));
-    let figures = *run.simulator().figures();
-    assert!((figures.distance_m - 0.1).abs() < 0.005, "walked {} m", figures.distance_m);
+    let figures = run.figures();
+    assert!((figures.distance_m.expect("truth") - 0.1).abs() < 0.005, "walked {} m", figures.distance_m.expect("truth"));
     Ok(figures)
 }
 
@@ -36,7 +36,7 @@ fn a_walk_with_noisy_sensors_goes_as_well_as_one_without() {
             "foot_force_noise_n=2",
         ])
         .expect("it walks");
-        let [noisy_m, exact_m] = [noisy, exact].map(|figures| figures.com_error_m.rms());
+        let [noisy_m, exact_m] = [&noisy, &exact].map(|figures| figures.com_error_rms_m.expect("truth"));
         assert!(noisy_m < 1.5 * exact_m, "{seed}: {noisy_m} m with noise, {exact_m} m without");
     }
 }
@@ -45,10 +45,10 @@ fn a_walk_with_noisy_sensors_goes_as_well_as_one_without() {
 fn a_walk_with_a_biased_gyro_or_force_sensor_is_walked() {
     // 0.01 rad/s, taken for a turn about the ankles, are 7 mm/s of the centre of mass: 2 mm of its divergent component.
     let gyro = walk(&["gyro_bias_rad_per_s=[0.01, 0, 0]"]).expect("it walks");
-    assert!(gyro.com_error_m.max < 0.01, "centre of mass off by {} m", gyro.com_error_m.max);
+    assert!(gyro.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", gyro.com_error_max_m.expect("truth"));
     // 15 N, a twelfth of what a foot carries, lean the robot by at most 15 N / 390 N of the 0.16 m between the feet: 6 mm.
     let force = walk(&["foot_force_bias_n=[[0, 0, 15], [0, 0, 0]]"]).expect("it walks");
-    assert!(force.com_error_m.max < 0.01, "centre of mass off by {} m", force.com_error_m.max);
+    assert!(force.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", force.com_error_max_m.expect("truth"));
 }
 
 #[test]

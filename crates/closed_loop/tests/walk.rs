@@ -67,11 +67,11 @@ fn eleven_swings_on_soft_soles_go_half_a_metre() {
     });
     assert_eq!(run.over(), Some(Reason::Finished));
     assert_eq!(starts, 1);
-    let figures = run.simulator().figures();
-    assert!((figures.distance_m - 0.5).abs() < 0.01, "walked {} m", figures.distance_m);
+    let figures = run.figures();
+    assert!((figures.distance_m.expect("truth") - 0.5).abs() < 0.01, "walked {} m", figures.distance_m.expect("truth"));
     // The sole gives way by millimetres where the estimator expects it: what remains is small against a foot's half width.
-    assert!(figures.com_error_m.max < 0.02, "centre of mass off by {} m", figures.com_error_m.max);
-    assert_eq!(figures.unconverged, 0);
+    assert!(figures.com_error_max_m.expect("truth") < 0.02, "centre of mass off by {} m", figures.com_error_max_m.expect("truth"));
+    assert_eq!(figures.periods_unconverged, 0);
     let mean_n = carried / f64::from(ticks);
     assert!((mean_n - weight_n).abs() < 0.005 * weight_n, "{mean_n} N carried on average");
 }
@@ -88,7 +88,7 @@ fn a_walk_a_kilometre_away_is_the_walk_at_the_origin() {
             assert!(tick.deformation.feet.iter().all(|foot| foot.age_ticks == 0));
             commands.push((tick.command, tick.truth));
         });
-        assert_eq!((run.over(), run.simulator().figures().unconverged), (Some(Reason::Finished), 0));
+        assert_eq!((run.over(), run.figures().periods_unconverged), (Some(Reason::Finished), 0));
         commands
     };
     let (near, far) = (commands(&near), commands(&far));

@@ -14,7 +14,7 @@
 //!   shares and residuals are pure numbers and have none.
 //! - [`Header::tick`] is the control time: message *k* of every topic belongs to the sample of the robot at tick *k*. State *k*
 //!   gives deformation *k* and command *k*; command *k* is applied from tick *k + 1* on, and the drives' ramps reach its references
-//!   [`REACHED_TICKS`] after its own tick.
+//!   [`timing::REACHED_TICKS`] after its own tick.
 //! - In lock-step every field of every message except those of [`Health`] and [`Header::clock_monotonic_ns`] (zero there) is
 //!   reproducible bit for bit; wall-clock measurements therefore live in `Health`.
 //!
@@ -56,8 +56,6 @@ pub const MAX_JOINTS: usize = 40;
 pub const MAX_CONTACT_NODES: usize = 256;
 /// Most phases a walking pattern may have; consumers reserve memory for this many at start.
 pub const MAX_PHASES: usize = 4096;
-/// Ticks from a command to when the drives' ramps reach its references: one to be sent, one to be driven.
-pub const REACHED_TICKS: i64 = 2;
 /// Control period: one tick, 5 ms (200 Hz).
 pub const CONTROL_PERIOD_NS: u64 = 5_000_000;
 /// Control period in seconds.

@@ -79,7 +79,7 @@ pub(crate) fn truth(truth: &mut Truth, gone: &Gone) {
     truth.linear_momentum_kg_m_per_s.copy_from_slice(&momentum[..3]);
     truth.angular_momentum_kg_m2_per_s.copy_from_slice(&momentum[3..]);
     // That version knew lock-step only. At ticks 0 and 1 the placing command, of tick -1, is in force.
-    truth.command_tick = (truth.header.tick - crate::REACHED_TICKS).max(-1);
+    truth.command_tick = (truth.header.tick - crate::timing::REACHED_TICKS).max(-1);
 }
 
 pub(crate) fn health(health: &mut Health, gone: &Gone) {

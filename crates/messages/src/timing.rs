@@ -9,10 +9,13 @@
 //!                   reach those of k - 2  from what they have        of command k
 //! ```
 //!
-//! So what the robot does at tick `k + 2` is what command `k` planned for `k + 1`: the robot is one tick behind the plan
-//! ([`DRIVES_BEHIND_TICKS`]). Whoever compares it with the plan takes the plan of the tick before.
+//! So what the robot does at tick `k + 2` ([`REACHED_TICKS`]) is what command `k` planned for `k + 1`: the robot is one tick behind the
+//! plan ([`DRIVES_BEHIND_TICKS`]). Whoever compares it with the plan takes the plan of the tick before.
 
 use crate::{CONTROL_PERIOD_S, WalkStart};
+
+/// Ticks from a command to when the drives have reached its references: one to be sent, one to be driven.
+pub const REACHED_TICKS: i64 = 2;
 
 /// Ticks by which the robot is behind the plan: the drives' ramp.
 pub const DRIVES_BEHIND_TICKS: usize = 1;

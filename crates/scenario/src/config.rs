@@ -78,6 +78,11 @@ impl Config {
         Ok(Self { layers: Vec::new(), merged: Table::new() }.with_layer(source, table, |_| true))
     }
 
+    /// Without any key.
+    pub(crate) fn empty() -> Self {
+        Self { layers: Vec::new(), merged: Table::new() }
+    }
+
     /// Adds keys from a table of another file.
     pub(crate) fn with_table(self, path: &Path, text: &str, below: &[&str], table: Table) -> Self {
         let below: Vec<String> = below.iter().map(|name| (*name).to_string()).collect();

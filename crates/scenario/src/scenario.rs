@@ -11,6 +11,9 @@ use toml::{Table, Value};
 /// The processes a scenario may name.
 pub const PROCESSES: [&str; 5] = ["planner", "estimator", "controller", "simulator", "recorder"];
 
+/// The section of what a run is judged by.
+const REPORT: &str = "report";
+
 /// A scenario, read and merged; every process's configuration is checked when it is parsed into its settings.
 #[derive(Debug, Clone)]
 pub struct Scenario {
@@ -25,6 +28,8 @@ pub struct Scenario {
     /// The sole it stands on, absolute, if it is not that of the robot's folder. Also in every process's configuration, as its key
     /// `sole_file`.
     pub sole_file: Option<PathBuf>,
+    /// What the run is judged by: the section `report`.
+    pub report: Config,
     parts: BTreeMap<&'static str, Part>,
 }
 
@@ -46,7 +51,7 @@ impl Scenario {
             source,
         })?;
         let file = File { path, table: parse_table(path, &text)?, text: &text };
-        let mut top: Vec<&str> = vec!["robot", "sole_file", "title"];
+        let mut top: Vec<&str> = vec!["robot", "sole_file", "title", REPORT];
         top.extend(PROCESSES);
         file.only_known_keys(&top)?;
         for setting in settings {
@@ -56,7 +61,7 @@ impl Scenario {
                 let known: Vec<String> = top.iter().map(|name| (*name).to_string()).collect();
                 return Err(wrong(Problem::Unknown { nearest: nearest(first, &known), known }));
             }
-            if PROCESSES.contains(&first) && setting.key.len() == 1 {
+            if (PROCESSES.contains(&first) || first == REPORT) && setting.key.len() == 1 {
                 let reason = format!("a process, not a key: name one of its keys, as in {EXAMPLE}");
                 return Err(wrong(Problem::Invalid { reason }));
             }
@@ -71,9 +76,16 @@ impl Scenario {
                 parts.insert(process, part);
             }
         }
+        let below: Vec<Setting> = settings.iter().filter_map(|setting| setting.below(REPORT)).collect();
+        let report = match file.table.get(REPORT) {
+            None => Table::new(),
+            Some(Value::Table(table)) => table.clone(),
+            Some(_) => return Err(file.error(&[REPORT], Problem::Invalid { reason: "must be a table".to_string() })),
+        };
+        let report = Config::empty().with_table(path, &text, &[REPORT], report).with_settings(&below);
         let name = path.file_stem().map_or_else(|| "scenario".to_string(), |stem| stem.to_string_lossy().into_owned());
         let title = file.table.get("title").and_then(Value::as_str).unwrap_or_default().to_string();
-        Ok(Self { name, title, path: path.to_path_buf(), robot, sole_file, parts })
+        Ok(Self { name, title, path: path.to_path_buf(), robot, sole_file, report, parts })
     }
 
     /// Whether a process is part of the scenario and on.

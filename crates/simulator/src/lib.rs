@@ -8,18 +8,16 @@
 //!   at *t_(k+2)*: while the others compute command *k*, the plant moves under command *k - 1*.
 //!
 //! A command that does not come: the last joint references stay, rates are zero, the feed-forward torque fades within 20 ms,
-//! and it is counted ([`Figures::late`]). A command of the past is not used.
+//! and it is counted ([`SimulatorProcess::late`]). A command of the past is not used.
 //!
 //! The run is over when the controller says that the walk is finished and some time has passed, or when the robot falls.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
 mod command;
 mod convert;
-mod figures;
 mod settings;
 mod step;
 
 pub use command::ImpossibleCommand;
-pub use figures::{Figures, Spread};
 pub use settings::{RunSettings, SimulatorError, SimulatorSettings};
 pub use step::{SimulatorOutput, SimulatorProcess};

@@ -1,7 +1,7 @@
 //! The simulator over the bus: commands move the robot, its state wakes the others.
 
 use messages::code::{Process, Reason};
-use messages::{SimulatorFigures, topic};
+use messages::topic;
 use node::{End, Failure, Program, Shell};
 use simulator::{SimulatorOutput, SimulatorProcess, SimulatorSettings};
 use soles::Store;
@@ -98,21 +98,12 @@ impl Program for Simulate {
 
 impl Simulate {
     fn report(&self, shell: &mut Shell, output: &SimulatorOutput) {
-        let figures = self.process.figures();
         let health = shell.figures();
         health.walk_time_s = output.truth.walk_time_s;
-        health.late = figures.late;
+        health.late = self.process.late();
         health.solver_iterations = output.truth.contact_iterations;
         health.reason = output.over.unwrap_or(Reason::None).code();
-        health.simulator = SimulatorFigures {
-            distance_m: figures.distance_m,
-            fallen: output.truth.fallen,
-            fall_cause: output.truth.fall_cause,
-            periods_unconverged: figures.unconverged,
-            commands_refused: figures.refused,
-            joints_at_limit_bits: figures.joints_at_limit_bits,
-            drives_saturated_bits: figures.drives_saturated_bits,
-        };
+        health.simulator = *self.process.figures();
     }
 }
 

@@ -1,7 +1,7 @@
 //! The process: commands in, states out.
 
 use messages::code::{Mode, Reason};
-use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, Plan, RobotCommand, RobotState, Truth, WalkStart};
+use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, RobotCommand, RobotState, SimulatorFigures, Truth, WalkStart};
 use nalgebra::DVector;
 use plant::{Plant, PlantCommand, PlantSole, PlantSoleSettings};
 use robot::{JointMap, Robot};
@@ -10,7 +10,6 @@ use soles::Store;
 
 use crate::command::{ImpossibleCommand, check_command};
 use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
-use crate::figures::Figures;
 use crate::settings::{SimulatorError, SimulatorSettings, frames};
 
 /// In how many ticks without a command the feed-forward torque fades: 20 ms.
@@ -46,14 +45,13 @@ pub struct SimulatorProcess {
     refused_in_a_row: u64,
     /// Tick of the command under which the robot came here.
     acting_tick: i64,
-    /// The plan that the robot should have reached now.
-    reached: Option<Plan>,
     tick: i64,
     start: Option<WalkStart>,
     finished_tick: Option<i64>,
     first_middle_m: Option<[f64; 2]>,
     last_zmp_m: [f64; 2],
-    figures: Figures,
+    figures: SimulatorFigures,
+    late: u64,
 }
 
 impl SimulatorProcess {
@@ -99,13 +97,13 @@ impl SimulatorProcess {
             age_ticks: 0,
             refused_in_a_row: 0,
             acting_tick: -1,
-            reached: None,
             tick: -1,
             start: None,
             finished_tick: None,
             first_middle_m: None,
             last_zmp_m: [0.0; 2],
-            figures: Figures::default(),
+            figures: SimulatorFigures::default(),
+            late: 0,
         })
     }
 
@@ -130,7 +128,6 @@ impl SimulatorProcess {
         self.plant.place(&configuration(command, &self.joints, self.joint_count));
         self.taken = Some(*command);
         self.acting_tick = command.header.tick;
-        self.reached = Some(command.plan);
         self.tick = 0;
         Ok(self.output())
     }
@@ -149,9 +146,9 @@ impl SimulatorProcess {
         }
         match check_command(command, self.joints.interface_count(), self.tick) {
             Err(why) => {
-                self.figures.refused += 1;
+                self.figures.commands_refused += 1;
                 self.refused_in_a_row += 1;
-                (self.figures.refused == 1).then_some(why)
+                (self.figures.commands_refused == 1).then_some(why)
             }
             Ok(()) => {
                 self.taken = Some(*command);
@@ -166,12 +163,11 @@ impl SimulatorProcess {
     pub fn advance(&mut self) -> SimulatorOutput {
         if let Some(taken) = &self.taken {
             let late = taken.header.tick + 1 < self.tick;
-            self.figures.late += u64::from(late);
+            self.late += u64::from(late);
             let share =
                 if late { 1.0 - f64::from(self.age_ticks.min(FADE_TICKS)) / f64::from(FADE_TICKS) } else { 1.0 };
             plant_command(taken, &self.joints, share, &mut self.command);
             self.acting_tick = taken.header.tick;
-            self.reached = Some(taken.plan);
             self.age_ticks = self.age_ticks.saturating_add(1);
             if taken.mode == Mode::Finished.code() {
                 self.finished_tick.get_or_insert(self.tick);
@@ -191,10 +187,16 @@ impl SimulatorProcess {
         self.settings.models()
     }
 
-    /// Sums over the walk so far.
+    /// What health says of the run so far.
     #[must_use]
-    pub fn figures(&self) -> &Figures {
+    pub fn figures(&self) -> &SimulatorFigures {
         &self.figures
+    }
+
+    /// Ticks whose command did not come in time, so far.
+    #[must_use]
+    pub fn late(&self) -> u64 {
+        self.late
     }
 
     /// What the plant is made of and where it is.
@@ -234,7 +236,7 @@ impl SimulatorProcess {
         let stored = [0, 1].map(|foot| self.plant.contact(foot).map_or(0.0, |contact| contact.elastic_energy_j));
         truth.elastic_energy_j = stored[0] + stored[1];
         let unconverged = real.integration.unconverged_steps + real.integration.unconverged_contacts > 0;
-        self.figures.unconverged += u64::from(unconverged);
+        self.figures.periods_unconverged += u64::from(unconverged);
         self.last_zmp_m = truth.zmp_m;
         let fall = self.plant.fallen();
         if let Some(fall) = fall {
@@ -243,9 +245,7 @@ impl SimulatorProcess {
             truth.fall_cause = fall_code(fall).code();
         }
         let over = self.over(fall.is_some());
-        if let (true, Some(plan)) = (walk_time_s >= 0.0 && self.finished_tick.is_none(), &self.reached) {
-            self.figures.observe(plan, &truth);
-        }
+        (self.figures.fallen, self.figures.fall_cause) = (truth.fallen, truth.fall_cause);
         let [left, right] = truth.sole_position_m;
         let middle = [0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1])];
         let first = *self.first_middle_m.get_or_insert(middle);

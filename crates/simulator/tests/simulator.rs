@@ -189,7 +189,7 @@ fn a_command_that_does_not_come_fades_the_torque_and_is_counted() {
             last_command = tick;
         }
     }
-    assert_eq!((told.figures().late, waiting.figures().late), (0, 9 + 8), "ticks 2 to 10 and 12 to 19");
+    assert_eq!((told.late(), waiting.late()), (0, 9 + 8), "ticks 2 to 10 and 12 to 19");
 }
 
 #[test]
@@ -222,7 +222,7 @@ fn impossible_commands_are_explained_once_and_all_are_counted() {
     let mut impossible = at(&command, 5);
     impossible.plan.feet[0].load_share = 7.0;
     let said: Vec<bool> = (0..3).map(|_| simulator.take_command(&impossible).is_some()).collect();
-    assert_eq!((said, simulator.figures().refused), (vec![true, false, false], 3));
+    assert_eq!((said, simulator.figures().commands_refused), (vec![true, false, false], 3));
 }
 
 #[test]
@@ -263,43 +263,6 @@ fn a_fall_ends_the_run_and_is_told_with_its_tick_and_cause() {
     let (tick, cause) = first.expect("it falls");
     assert!((100..500).contains(&tick), "tick {tick}");
     assert!([Fall::BaseLow, Fall::Tilted, Fall::BodyContact].map(Fall::code).contains(&cause), "{cause}");
-}
-
-#[test]
-fn figures_compare_the_walk_with_its_plan() {
-    // Tilted by 0.3 rad from the beginning; the plan that is told from tick 5 on has the same tilt, towards another side.
-    let tilted = so3::about_x(0.3);
-    let turned = so3::about_z(1.0) * tilted;
-    let row_major = |r: &Mat3| -> [f64; 9] { r.transpose().as_slice().try_into().expect("nine numbers") };
-    let (mut simulator, command, first) = placed(settings(), |command| command.plan.base_rotation = row_major(&tilted));
-    simulator.take_start(&start(10));
-    let mut plan = at(&command, 0);
-    plan.plan.base_rotation = row_major(&turned);
-    let com = first.com_position_m;
-    plan.plan.com_position_m = [com[0] + 0.03, com[1] - 0.04, 1.0];
-    for tick in 1..=29 {
-        simulator.advance();
-        // From the middle of the walk on half as far.
-        if tick == 19 {
-            plan.plan.com_position_m = [com[0] + 0.015, com[1] - 0.02, 1.0];
-        }
-        simulator.take_command(&at(&plan, tick - 1));
-    }
-    let figures = simulator.figures();
-    let (com_error, tilt) = (figures.com_error_m, figures.base_tilt_rad);
-    // Ticks 10 to 29; the plan of tick 19's command rules from tick 20 on.
-    assert_eq!((com_error.count, tilt.count), (20, 20));
-    assert!((com_error.max - 0.05).abs() < 1e-6, "{com_error:?}");
-    let rms = ((10.0 * 0.05_f64.powi(2) + 10.0 * 0.025_f64.powi(2)) / 20.0).sqrt();
-    assert!((com_error.rms() - rms).abs() < 1e-6, "{} not {rms}", com_error.rms());
-    let angle = (tilted.column(2).dot(&turned.column(2))).acos();
-    assert!((tilt.max - angle).abs() < 1e-3 && angle > 0.2, "{tilt:?} not {angle}");
-    // What comes after the walk is none of it.
-    simulator.take_command(&RobotCommand { mode: Mode::Finished.code(), ..at(&plan, 29) });
-    for _ in 0..5 {
-        simulator.advance();
-    }
-    assert_eq!(simulator.figures().com_error_m.count, 20);
 }
 
 #[test]

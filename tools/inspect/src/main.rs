@@ -6,10 +6,12 @@
 
 mod door;
 mod dynamics;
+mod figures;
 mod friction;
 mod pattern;
 mod qp;
 mod recording;
+mod report;
 mod sole;
 
 use clap::Parser;
@@ -40,6 +42,12 @@ enum Subcommand {
     Pattern(pattern::Arguments),
     /// What is in a recording, a topic of it as a table, and finishing what a killed recorder left.
     Recording(recording::Arguments),
+    /// Recorded walks in figures, as a table or as JSON.
+    Figures(figures::Arguments),
+    /// The page of a recorded walk: figures, ground track, replay; one file for any browser.
+    Report(report::Arguments),
+    /// The page of two recorded walks, one over the other.
+    Compare(report::CompareArguments),
 }
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
@@ -50,6 +58,9 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::Qp(arguments) => qp::run(arguments),
         Subcommand::Pattern(arguments) => pattern::run(arguments),
         Subcommand::Recording(arguments) => recording::run(arguments),
+        Subcommand::Figures(arguments) => figures::run(arguments),
+        Subcommand::Report(arguments) => report::run(arguments),
+        Subcommand::Compare(arguments) => report::compare(arguments),
     }
 }
 

@@ -39,6 +39,15 @@ impl RunFolder {
         };
         let text = files::read_text(&scenario.path, files::CONFIG_MAX_BYTES).map_err(failed)?;
         write(&folder.config("scenario"), &text)?;
+        let judged_by = scenario.report.effective_text();
+        write(&folder.config("report"), &format!("# What the run is judged by.\n{judged_by}"))?;
+        // What a former run said must not be taken for this one's.
+        for former in [folder.figures(), folder.page()] {
+            match std::fs::remove_file(former) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(error)),
+                _ => {}
+            }
+        }
         for (process, config) in scenario.processes() {
             let mut table = config.table().clone();
             if process == "recorder" {
@@ -71,6 +80,21 @@ impl RunFolder {
     /// The recording.
     pub fn recording(&self) -> PathBuf {
         self.path.join("walk.mcap")
+    }
+
+    /// The figures of the run.
+    pub fn figures(&self) -> PathBuf {
+        self.path.join("figures.json")
+    }
+
+    /// The page of the run.
+    pub fn page(&self) -> PathBuf {
+        self.path.join("report.html")
+    }
+
+    /// What the run is called.
+    pub fn name(&self) -> String {
+        self.path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
     }
 
     /// Configuration of a process.

@@ -9,14 +9,16 @@
 //! | 4 | a process made a safety stop or was killed |
 //! | 5 | a process missed its deadlines |
 //! | 6 | the robot did not settle: it did not stand still enough to walk, and the message says what was in the way |
+//! | 10 | the walk came to its end, but its zero-moment point was farther from the plan than `report.zmp_error_max_m` |
 //! | 130 | interrupted (Ctrl-C) |
 #![allow(clippy::print_stdout, reason = "the summary is what a launch is asked for")]
 
+mod conclusion;
 mod folder;
+mod heard;
 mod process;
 mod progress;
 mod run;
-mod summary;
 
 use bus::{Contract, DomainName, Owner};
 use clap::{Args, Parser, Subcommand};
@@ -31,7 +33,7 @@ use std::time::{Duration, Instant};
 #[command(name = "soleus-launch", version = node::VERSION, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(
     after_help = "Exit codes: 0 walked to the end; 1 fallen, or failed while running; 2 arguments or configuration wrong; \
-3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 6 the robot did not settle; 130 interrupted."
+3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 6 the robot did not settle; 10 walked, but off its plan; 130 interrupted."
 )]
 struct Arguments {
     #[command(subcommand)]
@@ -81,6 +83,10 @@ struct Launch {
     /// Let the run replace what a former one left in the folder of --out.
     #[arg(long, requires = "out")]
     overwrite: bool,
+
+    /// Make no page (`report.html`) of the run.
+    #[arg(long)]
+    no_report: bool,
 
     /// Domain to run in; a new one by default.
     #[arg(long, value_name = "NAME")]

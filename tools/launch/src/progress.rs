@@ -1,6 +1,6 @@
 //! How far the walk is: a bar on a terminal, plain lines elsewhere.
 
-use crate::summary::Summary;
+use crate::heard::Heard;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -27,16 +27,16 @@ impl Progress {
     }
 
     /// Shows how far it is, if it is time to.
-    pub fn show(&mut self, summary: &Summary) {
+    pub fn show(&mut self, heard: &Heard) {
         let period = if self.bar.is_some() { DRAW } else { LINE };
         if self.shown.elapsed() < period {
             return;
         }
         self.shown = Instant::now();
-        let text = summary.line();
+        let text = heard.line();
         match &self.bar {
             Some(bar) => {
-                bar.set_position((1000.0 * summary.done()) as u64);
+                bar.set_position((1000.0 * heard.done()) as u64);
                 bar.set_message(text);
             }
             None => {

@@ -1,14 +1,16 @@
 //! A launch from beginning to end.
 
+use crate::conclusion::Conclusion;
 use crate::folder::RunFolder;
+use crate::heard::Heard;
 use crate::process::{Start, Supervised};
 use crate::progress::Progress;
-use crate::summary::Summary;
 use crate::{Ending, Launch};
 use bus::{Domain, DomainName, Owner, ReceiveError, Robot, Subscriber};
 use messages::code::{Process, Reason, State};
-use messages::{Health, RobotCommand, SoleDeformation, Truth, topic};
+use messages::{Health, topic};
 use node::Stop;
+use report::ReportSettings;
 use scenario::Scenario;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
@@ -38,6 +40,8 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
     let path = arguments.scenario.as_ref().expect("clap requires it");
     let scenario = Scenario::load(path, &arguments.settings).map_err(|error| Ending::with_causes(2, error))?;
+    let judged_by: ReportSettings = scenario.report.parse().map_err(|error| Ending::with_causes(2, error))?;
+    judged_by.check().map_err(|error| Ending::with_causes(2, error))?;
     let processes: Vec<Process> = scenario.processes().filter_map(|(name, _)| process_called(name)).collect();
     let domain_name = match &arguments.domain {
         Some(name) => name.clone(),
@@ -52,19 +56,20 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     if !leftovers.is_empty() {
         tracing::warn!("left in shared memory: {leftovers:?}");
     }
-    let (summary, ended) = ended?;
+    let (heard, ended) = ended?;
     // Of what came to no good end, too: what there is to see is in the run folder.
-    if summary.any() {
-        print!("{}", summary.table());
+    let conclusion = heard.any().then(|| Conclusion::draw(&folder, &heard, &judged_by, !arguments.no_report));
+    if let Some(conclusion) = &conclusion {
+        print!("{}", conclusion.table());
+        if let Some(page) = &conclusion.page {
+            println!("{:<22} {}", "page", page.display());
+        }
         println!("{:<22} {}", "run folder", folder.path.display());
     }
     folder.recovered().iter().for_each(|said| tracing::warn!("{said}"));
     let reason = ended?;
     tracing::info!("the walk is over: {reason}");
-    match summary.fallen() {
-        Some(time_s) => Err(Ending::new(1, format!("the robot fell after {time_s:.2} s"))),
-        None => Ok(()),
-    }
+    conclusion.map_or(Ok(()), |conclusion| conclusion.ending())
 }
 
 fn process_called(word: &str) -> Option<Process> {
@@ -78,7 +83,7 @@ fn supervise(
     domain_name: &DomainName,
     owner: &Owner,
     stop: &Stop,
-) -> Result<(Summary, Result<Reason, Ending>), Ending> {
+) -> Result<(Heard, Result<Reason, Ending>), Ending> {
     let failed = |error: anyhow::Error| Ending::with_causes(3, error);
     let domain =
         Domain::join(domain_name, Process::Launcher, Duration::from_secs(5)).map_err(|error| failed(error.into()))?;
@@ -93,7 +98,7 @@ fn supervise(
     let ended = watch(&mut children, &mut ears, &mut progress, owner, stop);
     progress.end();
     stop_all(&mut children, &mut ears, stop);
-    Ok((ears.summary, ended))
+    Ok((ears.heard, ended))
 }
 
 /// Looks on until the walk is over or something goes wrong.
@@ -120,7 +125,7 @@ fn watch(
             named = Instant::now();
             tracing::info!("waiting for {}", ears.not_ready().join(", "));
         }
-        progress.show(&ears.summary);
+        progress.show(&ears.heard);
         if reaped.elapsed() > REAPING {
             reaped = Instant::now();
             owner.reap_dead();
@@ -185,7 +190,7 @@ fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) {
         for child in &mut group {
             child.wait_or_kill(patience, &hurry);
         }
-        // The last words count for the summary; a broken subscriber no longer matters.
+        // The last words count; a broken subscriber no longer matters.
         let _ = ears.listen();
     }
 }
@@ -193,13 +198,9 @@ fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) {
 /// What the launcher hears.
 struct Ears {
     health: Vec<(Process, Subscriber<Health>)>,
-    truth: Subscriber<Truth>,
-    commands: Subscriber<RobotCommand>,
-    deformations: Subscriber<SoleDeformation>,
     states: Vec<(Process, Option<State>, Reason)>,
-    summary: Summary,
+    heard: Heard,
     over: Option<Reason>,
-    begun: bool,
 }
 
 impl Ears {
@@ -207,37 +208,16 @@ impl Ears {
         let health = |process: &Process| Ok((*process, domain.subscriber(topic::health(*process), Robot::Any, DEPTH)?));
         Ok(Self {
             health: processes.iter().map(health).collect::<Result<_, bus::PortError>>()?,
-            truth: domain.subscriber(topic::TRUTH_ROBOT, Robot::Any, DEPTH)?,
-            commands: domain.subscriber(topic::ROBOT_COMMAND, Robot::Any, DEPTH)?,
-            deformations: domain.subscriber(topic::SOLE_DEFORMATION, Robot::Any, DEPTH)?,
             states: processes.iter().map(|process| (*process, None, Reason::None)).collect(),
-            summary: Summary::default(),
+            heard: Heard::default(),
             over: None,
-            begun: false,
         })
     }
 
     fn listen(&mut self) -> Result<(), ReceiveError> {
-        // Backwards along what follows from what (command k - 1, truth k, deformation k), so that whatever a message is held
-        // against is there when it is used.
-        let mut deformations = Vec::new();
-        while let Some(deformation) = self.deformations.try_next()? {
-            deformations.push(deformation);
-        }
-        let mut truths = Vec::new();
-        while let Some(truth) = self.truth.try_next()? {
-            truths.push(truth);
-        }
-        while let Some(command) = self.commands.try_next()? {
-            self.summary.command(&command);
-        }
-        self.begun |= !truths.is_empty();
-        self.summary.unheard = self.truth.counts().lost + self.commands.counts().lost + self.deformations.counts().lost;
-        truths.iter().for_each(|truth| self.summary.truth(truth));
-        deformations.iter().for_each(|deformation| self.summary.deformation(deformation));
         for (process, subscriber) in &mut self.health {
             while let Some(health) = subscriber.try_next()? {
-                self.summary.health(&health);
+                self.heard.take(&health);
                 let state = State::from_code(health.state);
                 if let Some(entry) = self.states.iter_mut().find(|(other, ..)| other == process) {
                     entry.1 = state;
@@ -256,7 +236,7 @@ impl Ears {
     }
 
     fn begun(&self) -> bool {
-        self.begun
+        self.heard.any()
     }
 
     /// Whether a process said that it stops because another one has.

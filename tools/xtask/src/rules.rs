@@ -114,6 +114,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "messages",
             "pattern",
             "ranges",
+            "report",
             "robot",
             "scenario",
             "soles",
@@ -126,7 +127,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     ("report", &["messages", "recording"]),
     // Tools.
-    ("soleus-launch", &["bus", "files", "messages", "node", "scenario"]),
+    ("soleus-launch", &["bus", "files", "messages", "node", "recording", "report", "scenario"]),
     (
         "soleus-inspect",
         &[
@@ -138,6 +139,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "pattern",
             "qp",
             "recording",
+            "report",
             "robot",
             "scenario",
             "sole",
