@@ -52,11 +52,12 @@ pub(crate) fn outcome_code(outcome: Outcome) -> OutcomeCode {
         Outcome::Geometric => OutcomeCode::None,
         Outcome::Solved => OutcomeCode::Solved,
         Outcome::Held(status) => match status {
-            Status::NotConverged => OutcomeCode::IterationLimit,
+            Status::NotFound { .. } => OutcomeCode::IterationLimit,
             Status::Fold { .. } | Status::Indeterminate => OutcomeCode::Infeasible,
-            Status::ZmpOutsideSole { .. } | Status::OutsideFrictionCone { .. } | Status::NoLoad { .. } => {
-                OutcomeCode::ReferenceOutside
-            }
+            Status::ZmpOutsideSole { .. }
+            | Status::OutsideFrictionCone { .. }
+            | Status::NoLoad { .. }
+            | Status::TooLight { .. } => OutcomeCode::ReferenceOutside,
             _ => OutcomeCode::Held,
         },
     }

@@ -113,7 +113,7 @@ fn why(status: Status) -> String {
             format!("slides: {tangential_n:.2} N sideways are more than the {limit_n:.2} N of its friction")
         }
         Status::Indeterminate => "has no friction: nothing says where it stays".to_string(),
-        Status::NotConverged => "has no equilibrium that the iteration could find".to_string(),
+        Status::NotFound { cause } => format!("has no equilibrium that was found, which does not say that there is none: {cause:?}"),
         other => format!("cannot be solved for: {other:?}"),
     }
 }

@@ -35,16 +35,14 @@
 //! 6 x 6 system after the slips are eliminated; node states follow from Alart-Curnier's functions between the steps; a point that lands or
 //! lifts is a rank-3 update. *No line search*: capped steps converge where a monotone search fails. Where the points' states run in circles
 //! instead, the pose alone is iterated, with a line search, the contact solved exactly at each pose. When that fails too, or has leapt, the load
-//! is followed from the last one carried (steps of 1/32 and more whose states circle: on the pose alone as well; at a first tick, if that is
-//! in vain, the ZMP first and the push after it), and where that stops is reported ([`Status::Fold`]). A solution is accepted only with a positive
-//! determinant of the tangent.
+//! is followed from the last one carried, straight, in steps of equal ratios of the vertical force (large ones whose states circle: on the pose
+//! alone as well; at a first tick, if that is in vain, the ZMP first and the push after it). Where no step leads on, the curve of equilibria is
+//! followed by its arc length: it turns back, and no pose of it carries the load ([`Status::Fold`]: shown), or it leads on. What is not found by
+//! then, or not within the work of a tick, is [`Status::NotFound`], which says nothing about whether there is a pose. A solution is accepted only with a positive determinant of the tangent.
 //! *Which solution*. Coulomb friction may allow several. The walking soles here have one as far as found; a sole with Poisson's ratio 0.49 on
 //! friction 0.65 has five at least under one and the same first load, whose sinkages differ by up to a tenth, each to all digits
 //! a solution. Taken is the one that the first of these ways reaches from the last tick's pose and states (at touch-down: flat, all points
-//! sticking): always the same one for the same stance. Of 1920 first ticks with Poisson's ratios to 0.499 and friction to 5
-//! (`cargo run --profile bench -p sole --example hard_cases`) 24 find none, all at Poisson's
-//! ratios from 0.45 on and friction from 0.65 on, 15 of them at 0.499: every way of loads that is tried ends before them. One that is not found there
-//! may take seconds.
+//! that the load can reach sticking): always the same one for the same stance.
 //! *How far the ZMP can go* depends on what holds the points (`tests/suite/edge.rs`; 30 mm sole, 383 N). At the first tick the references turn
 //! with the sole about its foothold (35): tilting draws the loaded edge in by `L/2 (1 - cos)`, and at 0.91 of the half-length (17 degrees) the
 //! ZMP folds back. Later the points stay where they stick; the sole rolls about an edge that holds its place, and there is no fold up to the
@@ -69,6 +67,7 @@
 #![allow(clippy::needless_range_loop)] // indices are those of the formulas
 
 mod cache;
+mod columns;
 mod elasticity;
 mod equilibrium;
 mod error;
@@ -88,7 +87,7 @@ pub use cache::CacheError;
 pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
 pub use error::SoleError;
 pub use estimate::{
-    EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
+    Cause, EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
 };
 pub use ground::{Ground, Plane, Slope};
 pub use model::{CONTACT_POINTS_MAX, Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};

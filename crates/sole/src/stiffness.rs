@@ -107,6 +107,18 @@ impl ContactStiffness {
         self.k.iter_mut().chain(&mut self.y).for_each(|x| *x *= 1.0 - part);
     }
 
+    /// Makes it another one's of the same sole.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let m = 3 * other.points.len();
+        self.points.clear();
+        self.points.extend_from_slice(&other.points);
+        self.slots.copy_from_slice(&other.slots);
+        for j in 0..m {
+            self.k[j * self.ld..j * self.ld + m].copy_from_slice(&other.k[j * self.ld..j * self.ld + m]);
+        }
+        self.copy_columns(other.columns, &other.y);
+    }
+
     /// No point in contact.
     pub(crate) fn clear(&mut self) {
         for point in self.points.drain(..) {

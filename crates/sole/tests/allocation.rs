@@ -63,8 +63,9 @@ fn with_its_work_bounded_the_estimator_does_not_allocate_where_it_fails_either()
     });
     assert_eq!(count, 0);
     let [fold, solved, leap, outside, broken] = seen;
-    assert_eq!((fold, solved, broken), (Status::NotConverged, Status::Converged, Status::InvalidInput));
-    assert_eq!(leap, Status::NotConverged, "by far more than Newton follows in one go");
+    assert_eq!((solved, broken), (Status::Converged, Status::InvalidInput));
+    assert!(matches!(fold, Status::NotFound { .. }), "the slow ways, which would show that it folds, are left out: {fold:?}");
+    assert!(matches!(leap, Status::NotFound { .. }), "by far more than Newton follows in one go: {leap:?}");
     assert!(matches!(outside, Status::ZmpOutsideSole { .. }));
 }
 
@@ -102,7 +103,7 @@ fn whatever_is_asked_within_bounded_work_does_not_allocate() {
     }
     seen.extend(names.iter().map(|status| format!("{status:?}").split(' ').next().unwrap_or_default().to_owned()));
     for status in
-        ["Converged", "DoubtfulTilt", "DoubtfulCompression", "Indeterminate", "InAir", "NoLoad", "NotConverged"]
+        ["Converged", "DoubtfulTilt", "DoubtfulCompression", "Indeterminate", "InAir", "NoLoad", "NotFound"]
     {
         assert!(seen.contains(status), "{status} is not among {seen:?}");
     }

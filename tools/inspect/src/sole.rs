@@ -41,9 +41,10 @@ OUTPUT: "sole": {"nodes", "tetrahedra", "degrees_of_freedom", "contact_points", 
      "force", "zmp", "moment_z"    on the sole; the ZMP on the ground; vertical moment about the ZMP
      "node_positions", "node_forces", "node_states"    world; "free", "stick", "slip"
      "tangent"   6 x 6: wrench about the sole's origin per translation and rotation vector, world axes, at frozen node states
-     "residual", "law_violation_n", "iterations", "time_us"
-     "status"    "converged", "doubtful-tilt", "doubtful-compression", "indeterminate", "no-load", "outside-friction-cone", "zmp-outside-sole", "fold", "not-converged",
-                 "invalid-input", "in-air", "solved", "no-contact"; "detail" says it in words. A load that is not solved, and a foot in
+     "residual", "law_violation_n", "iterations", "multiplications" (work, force-driven only), "time_us"
+     "status"    "converged", "doubtful-tilt", "doubtful-compression", "indeterminate", "no-load", "too-light",
+                 "outside-friction-cone", "zmp-outside-sole", "fold" (shown: there is no pose on the way from the last load), "not-found" (there
+                 may be one; force-driven), "not-converged" (pose-driven), "invalid-input", "in-air", "solved", "no-contact"; "detail" says it in words. A load that is not solved, and a foot in
                  the air, repeat the last pose.
   Exit code 0 only when every tick was solved."#;
 

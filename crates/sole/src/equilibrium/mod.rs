@@ -11,23 +11,29 @@
 //! Here: the state of a stance and its history. The equations are in `residual`, their derivatives in `system`, the iteration and
 //! the rates in `newton`, the points' states in `states`, what is done when these run in circles in `pose_newton`.
 
+mod arc;
+mod circles;
 mod newton;
 mod pose_newton;
 mod residual;
+mod scratch;
 mod sliding;
+mod stance;
 mod states;
 mod system;
 mod target;
 
+pub(crate) use arc::ArcEnd;
 pub(crate) use sliding::SlidingLaw;
 pub(crate) use target::Target;
 
 use crate::estimate::EulerOrder;
-use crate::list::List;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
 use crate::{NodeState, SoleModel};
-use nalgebra::{RowVector3, Vector2};
+use nalgebra::Vector2;
+use scratch::Scratch;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
+use stance::{Saved, Stance};
 use std::sync::Arc;
 
 /// How one Newton solve ended.
@@ -76,6 +82,14 @@ const MOMENT_ARM_M: f64 = 0.1;
 /// and double: 1 %.
 const FLOOR_ULPS: f64 = 40.0;
 
+/// A first tick begins with the points that are not higher above the lowest one than this many times the depth to which the load would press
+/// the lowest ones alone, flat. Four: a ZMP at the edge presses one end deeper.
+const START_DEPTHS: f64 = 4.0;
+/// So many of Newton's longest steps are left to the iteration: deeper than any sole is thick.
+const DEEP_STEPS: f64 = 16.0;
+/// Points within this height (m) lie in one plane: what rounding in a mesh file leaves of one.
+const PLANE_M: f64 = 1e-6;
+
 /// During the iterations a free point is looked at only if its undeformed position is nearer to the ground than this many times
 /// the largest displacement in contact. Not a bound, so [`Equilibrium::settle`] looks at all of them when the iterations are over.
 /// Half, double and without any screening: the same iterations; looking at all points costs time only.
@@ -96,75 +110,67 @@ struct Change {
     to: NodeState,
 }
 
-/// A saved state to return to when an attempt fails.
+/// Everything about a sole that does not change.
 #[derive(Debug, Clone)]
-struct Saved {
-    pose: Transform,
-    states: Vec<NodeState>,
-    slips: Vec<Vector2<f64>>,
+struct Sole {
+    model: Arc<SoleModel>,
+    euler: EulerOrder,
+    /// `K Z` for all points in contact and the families of the first tick.
+    full_y: Vec<f64>,
+    /// What rounding leaves of a force (N) and of a gap (m).
+    floor_n: f64,
+    floor_m: f64,
+    /// Alart-Curnier's scale of every point (N/m).
+    rho: Vec<f64>,
+    /// Vertical stiffness of all points together (N/m).
+    bonded: f64,
+    /// Unless all points lie in one plane.
+    raised: Option<Raised>,
 }
 
-impl Saved {
-    fn new(n: usize) -> Self {
-        Self { pose: Transform::identity(), states: vec![NodeState::Free; n], slips: vec![Vector2::zeros(); n] }
+/// Which points stand higher than others: side faces, a round bottom.
+#[derive(Debug, Clone)]
+struct Raised {
+    /// Above the lowest point (m).
+    heights: Vec<f64>,
+    /// `K_c` of the points within [`PLANE_M`] of the lowest one, with the columns of the first tick, and their vertical stiffness (N/m).
+    lowest: ContactStiffness,
+    lowest_stiffness: f64,
+}
+
+impl Raised {
+    fn new(model: &SoleModel, full: &ContactStiffness) -> Option<Self> {
+        let points = model.contact_points();
+        let bottom = points.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let heights: Vec<f64> = points.iter().map(|p| p.z - bottom).collect();
+        let is_low = |point: &usize| heights[*point] <= PLANE_M;
+        let low = (0..heights.len()).filter(is_low).count();
+        if low == heights.len() {
+            return None;
+        }
+        let mut lowest = full.clone();
+        if 2 * low > heights.len() {
+            (0..heights.len()).filter(|point| !is_low(point)).for_each(|point| lowest.lift(point));
+        } else {
+            lowest.clear();
+            let z = |p: &Vec3| rows(&[1.0, p.x, p.y, p.z], p);
+            (0..heights.len()).filter(is_low).for_each(|point| lowest.land(model, point, &z(&points[point])));
+        }
+        let lowest_stiffness = vertical(&lowest);
+        Some(Self { heights, lowest, lowest_stiffness })
     }
 }
 
 /// Model, history and workspace of one stance.
 #[derive(Debug, Clone)]
 pub(crate) struct Equilibrium {
-    model: Arc<SoleModel>,
-    euler: EulerOrder,
-    pub(crate) pose: Transform,
-    pub(crate) states: Vec<NodeState>,
-    slips: Vec<Vector2<f64>>,
-    /// Tangential references Q of every point; meaningless at the first tick, when they follow from the pose (35).
-    references: Vec<Vector2<f64>>,
-    /// Heading of the foothold (rad) while this is the first tick.
-    first: Option<f64>,
+    sole: Sole,
+    pub(crate) stance: Stance,
     stiffness: ContactStiffness,
-    /// `K Z` for all points in contact and the families of the first tick.
-    full_y: Vec<f64>,
-    /// packed sole-frame forces
-    f: Vec<f64>,
-    f_rate: Vec<f64>,
-    f_second: Vec<f64>,
-    /// the same at every point, zero where free
-    force_full: Vec<f64>,
-    /// displacement of every point by the compliance
-    u_full: Vec<f64>,
-    /// A = K B, 6 columns, and at the first tick the three that the moving references add
-    a: Vec<f64>,
-    a_first: Vec<f64>,
-    /// world positions of the points in contact, by slot
-    world: Vec<Vec3>,
-    sliding: List<usize>,
-    sliding_slots: List<usize>,
-    slip_column: Vec<f64>,
-    /// per sliding point: gradient of its condition with its force (sole axes), with its slip
-    gradients: Vec<[RowVector3<f64>; 2]>,
-    own_rates: Vec<[Vector2<f64>; 2]>,
-    jss: Vec<f64>,
-    pivots: Vec<usize>,
-    /// columns: J_ss^-1 J_sx (6), J_ss^-1 G (1)
-    js: Vec<f64>,
-    jxs: Vec<f64>,
-    changes: List<Change>,
-    /// tangent about the fixed point O at frozen states, world axes
-    pub(crate) tangent: Mat6,
-    right_hand: Vec6,
-    /// force and moment about O less those wanted, world axes
-    misfit: Vec6,
+    pub(crate) scratch: Scratch,
     saved: Saved,
     reached: Saved,
-    /// What rounding leaves of a force (N).
-    pub(crate) floor_n: f64,
-    floor_m: f64,
-    rho: Vec<f64>,
     pub(crate) work: Work,
-    /// First and second rates at the end of the last solved tick: of the pose, of the slips of its sliding points.
-    rate: Option<(Vec6, Vec6)>,
-    slip_rates: Vec<[Vector2<f64>; 2]>,
     /// Free points far from the ground are not looked at; see [`SCREEN`].
     pub(crate) screening: bool,
 }
@@ -198,78 +204,84 @@ impl Equilibrium {
         stiffness.fill(&model);
         let points = model.contact_points();
         stiffness.set_columns(FIRST_COLUMNS, |i| rows(&[1.0, points[i].x, points[i].y, points[i].z], &points[i]));
+        let raised = Raised::new(&model, &stiffness);
+        let bonded = vertical(&stiffness);
         let full_y = (0..FIRST_COLUMNS).flat_map(|j| stiffness.y(j).to_vec()).collect();
         Self {
-            euler,
-            pose: Transform::identity(),
-            states: vec![NodeState::Free; n],
-            slips: vec![Vector2::zeros(); n],
-            references: vec![Vector2::zeros(); n],
-            first: None,
+            sole: Sole { euler, full_y, floor_n: floor_m / smallest, floor_m, rho: rho.collect(), bonded, raised, model },
+            stance: Stance::new(n),
             stiffness,
-            full_y,
-            f: vec![0.0; ld],
-            f_rate: vec![0.0; ld],
-            f_second: vec![0.0; ld],
-            force_full: vec![0.0; ld],
-            u_full: vec![0.0; ld],
-            a: vec![0.0; 6 * ld],
-            a_first: vec![0.0; 3 * ld],
-            world: vec![Vec3::zeros(); n],
-            sliding: List::with_room_for(n),
-            sliding_slots: List::with_room_for(n),
-            slip_column: vec![0.0; ld],
-            gradients: vec![[RowVector3::zeros(); 2]; n],
-            own_rates: vec![[Vector2::zeros(); 2]; n],
-            jss: vec![0.0; 2 * n * (2 * n + 7)],
-            pivots: vec![0; 2 * n],
-            js: vec![0.0; 2 * n * 7],
-            jxs: vec![0.0; 2 * n * 6],
-            changes: List::with_room_for(n),
-            tangent: Mat6::zeros(),
-            right_hand: Vec6::zeros(),
-            misfit: Vec6::zeros(),
+            scratch: Scratch::new(n),
             saved: Saved::new(n),
             reached: Saved::new(n),
-            floor_n: floor_m / smallest,
-            floor_m,
-            rho: rho.collect(),
             work: Work::default(),
-            rate: None,
-            slip_rates: vec![[Vector2::zeros(); 2]; n],
             screening: true,
-            model,
         }
     }
 
+    /// What rounding leaves of a force (N).
+    pub(crate) fn floor_n(&self) -> f64 {
+        self.sole.floor_n
+    }
+
     pub(crate) fn model(&self) -> &SoleModel {
-        &self.model
+        &self.sole.model
     }
 
     /// Is this tick the first of its stance?
     pub(crate) fn is_first(&self) -> bool {
-        self.first.is_some()
+        self.stance.first.is_some()
     }
 
     /// A new stance: flat at the foothold, which is the origin, heading as given; everything in contact, references by (35).
     pub(crate) fn begin(&mut self, yaw_rad: f64) {
-        self.pose = Transform::new(so3::about_z(yaw_rad), Vec3::zeros());
-        self.first = Some(yaw_rad);
-        self.rate = None;
-        self.states.fill(NodeState::Stick);
-        self.slips.fill(Vector2::zeros());
-        self.stiffness.fill(&self.model);
-        self.stiffness.copy_columns(FIRST_COLUMNS, &self.full_y);
+        self.stance.pose = Transform::new(so3::about_z(yaw_rad), Vec3::zeros());
+        self.stance.first = Some(yaw_rad);
+        self.stance.rate = None;
+        self.stance.states.fill(NodeState::Stick);
+        self.stance.slips.fill(Vector2::zeros());
+        self.stiffness.fill(&self.sole.model);
+        self.stiffness.copy_columns(FIRST_COLUMNS, &self.sole.full_y);
+    }
+
+    /// Before the first solve: points that this load cannot press to the ground begin off it (of a flat sole that is none), and a foam so soft
+    /// that Newton's steps would not get there begins at the depth to which the load presses it flat.
+    pub(crate) fn lower(&mut self, normal_n: f64) {
+        let stiffness = self.sole.raised.as_ref().map_or(self.sole.bonded, |raised| raised.lowest_stiffness);
+        let depth = normal_n / stiffness;
+        self.stance.pose.translation.z = if depth > DEEP_STEPS * STEP_MAX_M { -depth } else { 0.0 };
+        let Some(raised) = &self.sole.raised else { return };
+        let reach = START_DEPTHS * depth + PLANE_M;
+        // Mostly it is the lowest plane, whose stiffness is at hand.
+        let lies_flat = raised.heights.iter().all(|height| (*height <= reach) == (*height <= PLANE_M));
+        if lies_flat && !self.stance.states.iter().zip(&raised.heights).all(|(state, h)| *state == start(*h, reach)) {
+            self.stiffness.copy_from(&raised.lowest);
+            self.stance.slips.fill(Vector2::zeros());
+            for (state, height) in self.stance.states.iter_mut().zip(&raised.heights) {
+                *state = start(*height, reach);
+            }
+        }
+        for point in 0..self.stance.states.len() {
+            let height = self.sole.raised.as_ref().map_or(0.0, |raised| raised.heights[point]);
+            match (self.stance.states[point], start(height, reach)) {
+                (NodeState::Free, NodeState::Stick) => {
+                    self.stance.states[point] = NodeState::Stick;
+                    self.land(point);
+                }
+                (NodeState::Stick | NodeState::Slip, NodeState::Free) => self.lift(point),
+                _ => {}
+            }
+        }
     }
 
     /// Starts from given references and states instead: for tools that continue a history they hold.
     pub(crate) fn begin_from(&mut self, pose: Transform, references: &[Vec3]) {
-        self.pose = pose;
-        self.first = None;
-        self.rate = None;
-        self.states.fill(NodeState::Stick);
-        self.slips.fill(Vector2::zeros());
-        for (own, reference) in self.references.iter_mut().zip(references) {
+        self.stance.pose = pose;
+        self.stance.first = None;
+        self.stance.rate = None;
+        self.stance.states.fill(NodeState::Stick);
+        self.stance.slips.fill(Vector2::zeros());
+        for (own, reference) in self.stance.references.iter_mut().zip(references) {
             *own = reference.xy();
         }
         self.refresh();
@@ -277,16 +289,16 @@ impl Equilibrium {
 
     /// Recomputes `K_c` and `Y` from the compliance for the present states.
     pub(crate) fn refresh(&mut self) {
-        self.stiffness.fill(&self.model);
-        let points = self.model.contact_points();
-        if self.first.is_some() {
-            self.stiffness.copy_columns(FIRST_COLUMNS, &self.full_y);
+        self.stiffness.fill(&self.sole.model);
+        let points = self.sole.model.contact_points();
+        if self.stance.first.is_some() {
+            self.stiffness.copy_columns(FIRST_COLUMNS, &self.sole.full_y);
         } else {
-            let q = &self.references;
+            let q = &self.stance.references;
             self.stiffness.set_columns(10, |i| rows(&[1.0, q[i].x, q[i].y], &points[i]));
         }
-        for point in 0..self.states.len() {
-            if self.states[point] == NodeState::Free {
+        for point in 0..self.stance.states.len() {
+            if self.stance.states[point] == NodeState::Free {
                 self.stiffness.lift(point);
             }
         }
@@ -294,10 +306,10 @@ impl Equilibrium {
 
     /// Directions `q_k` of the families; the first is the constant one.
     fn families(&self) -> (usize, [Vec3; 4]) {
-        match &self.first {
+        match &self.stance.first {
             None => (3, [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::zeros()]),
             Some(yaw_rad) => {
-                let r = self.euler.with_yaw(&self.pose.rotation, *yaw_rad);
+                let r = self.sole.euler.with_yaw(&self.stance.pose.rotation, *yaw_rad);
                 let t = |k: usize| Vec3::new(r[(0, k)], r[(1, k)], 0.0);
                 (4, [Vec3::zeros(), t(0), t(1), t(2)])
             }
@@ -305,9 +317,9 @@ impl Equilibrium {
     }
 
     fn scalars(&self, point: usize) -> [f64; 4] {
-        let p = &self.model.contact_points()[point];
-        match self.first {
-            None => [1.0, self.references[point].x, self.references[point].y, 0.0],
+        let p = &self.sole.model.contact_points()[point];
+        match self.stance.first {
+            None => [1.0, self.stance.references[point].x, self.stance.references[point].y, 0.0],
             Some(_) => [1.0, p.x, p.y, p.z],
         }
     }
@@ -320,8 +332,8 @@ impl Equilibrium {
 
     /// The tick is over: references move to where the points are now (28).
     pub(crate) fn commit(&mut self, positions: &[Vec3]) {
-        if let Some(yaw_rad) = self.first.take() {
-            let r = self.euler.with_yaw(&self.pose.rotation, yaw_rad);
+        if let Some(yaw_rad) = self.stance.first.take() {
+            let r = self.sole.euler.with_yaw(&self.stance.pose.rotation, yaw_rad);
             // Columns of the first tick's families become those of the later ones.
             let m = 3 * self.stiffness.len();
             let (y, _, ld) = self.stiffness.columns_mut(10);
@@ -342,10 +354,10 @@ impl Equilibrium {
                 y[9 * ld + i] = own;
             }
         }
-        for i in 0..self.sliding.len() {
-            let point = self.sliding[i];
+        for i in 0..self.scratch.sliding.len() {
+            let point = self.scratch.sliding[i];
             let slot = self.stiffness.slot(point).expect("sliding points touch");
-            let v = self.slips[point];
+            let v = self.stance.slips[point];
             for axis in 0..3 {
                 self.stiffness.shift_column(3 + axis, 3 * slot + axis, v.x);
                 self.stiffness.shift_column(6 + axis, 3 * slot + axis, v.y);
@@ -354,12 +366,12 @@ impl Equilibrium {
         for slot in 0..self.stiffness.len() {
             // Exactly where the contact equations put it, not where C f puts it up to rounding.
             let point = self.stiffness.points()[slot];
-            self.references[point] = self.world[slot].xy();
-            self.slips[point] = Vector2::zeros();
+            self.stance.references[point] = self.scratch.world[slot].xy();
+            self.stance.slips[point] = Vector2::zeros();
         }
-        for point in 0..self.states.len() {
-            if self.states[point] == NodeState::Free {
-                self.references[point] = positions[point].xy();
+        for point in 0..self.stance.states.len() {
+            if self.stance.states[point] == NodeState::Free {
+                self.stance.references[point] = positions[point].xy();
             }
         }
     }
@@ -370,6 +382,21 @@ impl Equilibrium {
         self.stiffness.multiplications = 0;
     }
 
+    /// Largest entry of `K_c C_cc - 1`.
+    pub(crate) fn stiffness_error(&self) -> f64 {
+        let (c, points) = (self.sole.model.compliance(), self.stiffness.points());
+        let place = |row: usize| 3 * points[row / 3] + row % 3;
+        let mut worst = 0.0_f64;
+        for j in 0..3 * points.len() {
+            let k = self.stiffness.column(j);
+            for i in 0..3 * points.len() {
+                let product: f64 = k.iter().enumerate().map(|(l, k)| c[(place(i), place(l))] * k).sum();
+                worst = worst.max((product - f64::from(u8::from(i == j))).abs());
+            }
+        }
+        worst
+    }
+
     /// As if rounding had made `K_c` and what follows from it softer by this part.
     #[cfg(test)]
     pub(crate) fn drift(&mut self, part: f64) {
@@ -377,40 +404,36 @@ impl Equilibrium {
     }
 
     /// Multiplications since.
-    fn multiplications(&self) -> u64 {
+    pub(crate) fn multiplications(&self) -> u64 {
         self.work.multiplications + self.stiffness.multiplications
     }
 
     /// Remembers the present state.
     pub(crate) fn save(&mut self) {
-        self.saved.pose = self.pose;
-        self.saved.states.copy_from_slice(&self.states);
-        self.saved.slips.copy_from_slice(&self.slips);
+        self.saved.keep(&self.stance);
     }
 
     /// Returns to the remembered state.
     pub(crate) fn restore(&mut self) {
-        self.pose = self.saved.pose;
-        for point in 0..self.states.len() {
-            let (was, is) = (self.saved.states[point], self.states[point]);
+        self.stance.pose = self.saved.pose;
+        for point in 0..self.stance.states.len() {
+            let (was, is) = (self.saved.states[point], self.stance.states[point]);
             if was == NodeState::Free && is != NodeState::Free {
                 self.stiffness.lift(point);
             } else if was != NodeState::Free && is == NodeState::Free {
-                self.states[point] = was;
+                self.stance.states[point] = was;
                 let count = self.families().0;
-                let z = rows(&self.scalars(point)[..count], &self.model.contact_points()[point]);
-                self.stiffness.land(&self.model, point, &z);
+                let z = rows(&self.scalars(point)[..count], &self.sole.model.contact_points()[point]);
+                self.stiffness.land(&self.sole.model, point, &z);
             }
-            self.states[point] = was;
-            self.slips[point] = self.saved.slips[point];
+            self.stance.states[point] = was;
+            self.stance.slips[point] = self.saved.slips[point];
         }
     }
 
     /// Remembers the state that the continuation has reached.
     pub(crate) fn save_reached(&mut self) {
-        std::mem::swap(&mut self.saved, &mut self.reached);
-        self.save();
-        std::mem::swap(&mut self.saved, &mut self.reached);
+        self.reached.keep(&self.stance);
     }
 
     /// Returns to it.
@@ -422,18 +445,18 @@ impl Equilibrium {
 
     /// Angle (rad) to an earlier orientation.
     pub(crate) fn turned_since(&self, before: &Mat3) -> f64 {
-        so3::log(&(self.pose.rotation * before.transpose())).norm()
+        so3::log(&(self.stance.pose.rotation * before.transpose())).norm()
     }
 
     /// Mean depth of the undeformed places of the points in contact under the ground, over the thickness; see
     /// [`crate::StanceReport::compression`].
     pub(crate) fn compression(&self) -> f64 {
-        let thickness = self.model.statistics().thickness_m;
+        let thickness = self.sole.model.statistics().thickness_m;
         let points = self.stiffness.points();
         if thickness <= 0.0 || points.is_empty() {
             return 0.0;
         }
-        let depth: f64 = points.iter().map(|p| -self.pose.point(&self.model.contact_points()[*p]).z).sum();
+        let depth: f64 = points.iter().map(|p| -self.stance.pose.point(&self.sole.model.contact_points()[*p]).z).sum();
         depth / (points.len() as f64 * thickness)
     }
 
@@ -441,12 +464,22 @@ impl Equilibrium {
     pub(crate) fn wrench(&self) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for slot in 0..self.stiffness.len() {
-            let f = self.pose.rotation * block(&self.f, slot);
+            let f = self.stance.pose.rotation * block(&self.scratch.f, slot);
             force += f;
-            moment += (self.world[slot] - self.pose.translation).cross(&f);
+            moment += (self.scratch.world[slot] - self.stance.pose.translation).cross(&f);
         }
         (force, moment)
     }
+}
+
+/// Vertical stiffness of all points in contact together: the third column of `Y` is that of equal vertical displacements.
+fn vertical(stiffness: &ContactStiffness) -> f64 {
+    stiffness.y(2).iter().skip(2).step_by(3).sum()
+}
+
+/// How a point begins that is so high above the lowest one.
+fn start(height_m: f64, reach_m: f64) -> NodeState {
+    if height_m <= reach_m { NodeState::Stick } else { NodeState::Free }
 }
 
 /// Rows of Z: `s_k e_j` for every family k, then the undeformed position.
@@ -491,10 +524,10 @@ mod tests {
             equilibrium.begin(0.0);
             let tilt = so3::exp(&Vec3::new(0.0, f64::from(start_deg).to_radians(), 0.0));
             // The front edge a few millimetres deep.
-            equilibrium.pose =
+            equilibrium.stance.pose =
                 Transform::new(tilt, Vec3::z() * (0.115 * f64::from(start_deg).to_radians().sin() - 0.004));
             let end = equilibrium.newton(&target, &limits, false);
-            let tilt_deg = equilibrium.pose.rotation[(2, 2)].acos().to_degrees();
+            let tilt_deg = equilibrium.stance.pose.rotation[(2, 2)].acos().to_degrees();
             match end {
                 End::Converged => found[0].push(tilt_deg),
                 End::Unstable => found[1].push(tilt_deg),

@@ -6,6 +6,7 @@
 //! `friction::solve` finds it, the forces are then a function of the pose, and a step along their derivative (the same tangent) can be
 //! shortened until the load is nearer. It starts from the state of the last tick and the equations are the same ones.
 
+use super::system::{Reduction, References};
 use super::{End, Equilibrium, Limits, STEP_MAX_M, STEP_MAX_RAD, Target, parts, scaled_solve};
 use crate::NodeState;
 use friction::{ContactProblem, LocalState, Settings, Status, Workspace, solve};
@@ -30,29 +31,32 @@ const NEWTON_MAX: usize = 15;
 impl Equilibrium {
     /// Newton on the pose with a line search on the residual of the load. Allocates: only on the slow path.
     pub(crate) fn newton_on_pose(&mut self, target: &Target, limits: &Limits) -> End {
-        let mut workspace = Workspace::new(self.states.len());
+        let mut workspace = Workspace::new(self.stance.states.len());
         self.evaluate();
         self.residual(target);
         // The states to start from are not those of this load: any first step will do.
         let mut before = f64::INFINITY;
         let mut contacts = 0;
-        while contacts < CONTACTS_MAX {
-            if !self.assemble(false) {
+        while contacts < CONTACTS_MAX && self.multiplications() <= limits.multiplications {
+            if self.assemble(References::Follow) == Reduction::Singular {
                 return End::Stopped;
             }
             self.work.iterations += 1;
-            let Some(step) = scaled_solve(&self.tangent, &-self.right_hand) else { return End::Stopped };
+            let Some(step) = scaled_solve(&self.scratch.tangent, &-self.scratch.right_hand) else { return End::Stopped };
             let (linear, angular) = parts(&step);
             let mut scale = 1.0_f64.min(STEP_MAX_M / linear.norm()).min(STEP_MAX_RAD / angular.norm());
             if !scale.is_finite() {
                 return End::Stopped;
             }
-            let from = self.pose;
+            let from = self.stance.pose;
             let mut residual = f64::INFINITY;
             for _ in 0..=HALVINGS {
-                self.pose.translation = from.translation + scale * linear;
-                self.pose.rotation = so3::orthonormalised(&(so3::exp(&(scale * angular)) * from.rotation));
+                self.stance.pose.translation = from.translation + scale * linear;
+                self.stance.pose.rotation = so3::orthonormalised(&(so3::exp(&(scale * angular)) * from.rotation));
                 contacts += 1;
+                if self.multiplications() > limits.multiplications {
+                    return End::Stopped;
+                }
                 residual = if self.solve_contact(&mut workspace) { self.residual(target) } else { f64::INFINITY };
                 if residual < before {
                     break;
@@ -72,8 +76,8 @@ impl Equilibrium {
 
     /// Forces, states and slips at the present pose; `false`: the laws could not be met.
     fn solve_contact(&mut self, workspace: &mut Workspace) -> bool {
-        let n = self.states.len();
-        let (c, r) = (self.model.compliance(), self.pose.rotation);
+        let n = self.stance.states.len();
+        let (c, r) = (self.sole.model.compliance(), self.stance.pose.rotation);
         let mut delassus = DMatrix::zeros(3 * n, 3 * n);
         for b in 0..n {
             for a in 0..n {
@@ -83,11 +87,11 @@ impl Equilibrium {
         }
         let families = self.families();
         let mut undeformed = DVector::zeros(3 * n);
-        for (point, p) in self.model.contact_points().iter().enumerate() {
-            let away: Vec3 = self.pose.point(p) - self.reference(point, &families);
+        for (point, p) in self.sole.model.contact_points().iter().enumerate() {
+            let away: Vec3 = self.stance.pose.point(p) - self.reference(point, &families);
             undeformed.fixed_rows_mut::<3>(3 * point).copy_from(&away);
         }
-        let Ok(problem) = ContactProblem::of_model(delassus, undeformed, self.model.friction().to_vec()) else {
+        let Ok(problem) = ContactProblem::of_model(delassus, undeformed, self.sole.model.friction().to_vec()) else {
             return false;
         };
         let settings = Settings {
@@ -97,19 +101,22 @@ impl Equilibrium {
             proximal_iterations_max: 0,
         };
         let answer = solve(&problem, workspace, &settings);
+        // Each sweep passes over the matrix, and so, six times, does making it. (The few iterations of Newton's inside cost more.)
+        let m = 3 * n as u64;
+        self.work.multiplications += (answer.iterations as u64 + 6) * m * m;
         for point in 0..n {
             let touches = workspace.states()[point] != LocalState::Open;
-            if touches && self.states[point] == NodeState::Free {
-                self.states[point] = NodeState::Stick;
+            if touches && self.stance.states[point] == NodeState::Free {
+                self.stance.states[point] = NodeState::Stick;
                 self.land(point);
-            } else if !touches && self.states[point] != NodeState::Free {
+            } else if !touches && self.stance.states[point] != NodeState::Free {
                 self.lift(point);
             }
             if touches {
                 let slides = workspace.states()[point] == LocalState::Slide;
                 let delta = Vector2::new(answer.delta[3 * point], answer.delta[3 * point + 1]);
-                self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
-                self.slips[point] = if slides { delta } else { Vector2::zeros() };
+                self.stance.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.stance.slips[point] = if slides { delta } else { Vector2::zeros() };
             }
         }
         self.evaluate();

@@ -40,4 +40,25 @@ impl Target {
         out.zmp[0] = (old.z * self.zmp[0] + new.z * to.zmp[0]) / out.force[0].z;
         out
     }
+
+    /// The same with the rates of force and ZMP with the fraction in place of those with time.
+    pub(super) fn on_way(&self, to: &Self, fraction: f64) -> Self {
+        let mut out = self.between(to, fraction);
+        let (old, new) = (self.force[0], to.force[0]);
+        out.force[1] = new - old;
+        out.zmp[1] = (new.z * (to.zmp[0] - out.zmp[0]) - old.z * (self.zmp[0] - out.zmp[0])) / out.force[0].z;
+        out
+    }
+
+    /// Fraction at which the vertical force has gone a part of its way in equal ratios: from 400 N to 1 N one half is 20 N.
+    pub(crate) fn fraction_at(&self, to: &Self, part: f64) -> f64 {
+        let ratio = (to.force[0].z / self.force[0].z).ln();
+        if ratio == 0.0 { part } else { (part * ratio).exp_m1() / ratio.exp_m1() }
+    }
+
+    /// The part of the way in equal ratios that has been gone at a fraction.
+    pub(crate) fn part_at(&self, to: &Self, fraction: f64) -> f64 {
+        let ratio = (to.force[0].z / self.force[0].z).ln();
+        if ratio == 0.0 { fraction } else { (fraction * ratio.exp_m1()).ln_1p() / ratio }
+    }
 }

@@ -1,9 +1,10 @@
 //! The deformation estimator: force and zero-moment point in, pose of the deformed sole out, once per control tick.
 
+mod follow;
 mod report;
 mod stance;
 
-pub use report::{StanceReport, Status};
+pub use report::{Cause, StanceReport, Status};
 pub use stance::{EstimatorSettings, EulerOrder, Foothold, NodeState, StanceReference};
 
 use crate::SoleModel;
@@ -21,6 +22,7 @@ pub struct StanceEstimator {
     /// Foothold of this stance, world (m). The stance is solved relative to it: at 8 m from the world's origin the digits that positions
     /// lose there are already more than the tolerance of a foot that carries a newton.
     foothold: Vector2<f64>,
+    foothold_is_believed: bool,
     equilibrium: Equilibrium,
     report: StanceReport,
     in_stance: bool,
@@ -43,15 +45,8 @@ const REFRESH: f64 = 1e-11;
 /// A tick is solved when the contact laws hold to this many times what was asked of Newton, whose own measure differs from the laws' by
 /// less (a factor of at most `sqrt(2) (1 + mu)`).
 const ACCEPTED: f64 = 10.0;
-/// Iterations per step, first and smallest step of the continuation. Half -19, -3, +5 %, double +36, +4, -7 %: what they cost is spent
-/// before a fold is reported, whose place the last one resolves.
-const CONTINUATION_ITERATIONS: usize = 25;
-const CONTINUATION_FIRST: f64 = 0.25;
-const CONTINUATION_LAST: f64 = 1.0 / 1024.0;
-/// Smallest step in which the pose alone is iterated where points' states run in circles. Of the 1920 first ticks that
-/// `examples/hard_cases.rs` ends with 71 are unsolved without that, 24 with it. In all steps it finds two more, but a fold, which nothing
-/// passes, then costs up to 300 contact problems.
-const CONTINUATION_ON_POSE: f64 = 1.0 / 32.0;
+/// A load is looked at only if rounding leaves no more than this part of it: three digits.
+const ROUNDED_MAX: f64 = 1e-3;
 
 /// What is done when the contact laws, checked from the compliance, do not hold as well as asked for.
 #[derive(Clone, Copy, PartialEq)]
@@ -72,6 +67,7 @@ impl StanceEstimator {
         Self {
             settings,
             foothold: Vector2::zeros(),
+            foothold_is_believed: true,
             report: StanceReport::new(n),
             in_stance: false,
             last: zero,
@@ -84,7 +80,7 @@ impl StanceEstimator {
     }
 
     /// From now on no iteration is begun once a tick has cost this many multiplications, and the slow ways are not tried: the time of a
-    /// tick is bounded, and no tick allocates. What is not found within is [`Status::NotConverged`], and the next tick tries again.
+    /// tick is bounded, and no tick allocates. What is not found within is [`Status::NotFound`], and the next tick tries again.
     /// Multiplications, not seconds, so that every answer stays a function of the references alone.
     pub fn bound_work(&mut self, multiplications_max: u64) {
         self.settings.multiplications_max = multiplications_max;
@@ -103,20 +99,28 @@ impl StanceEstimator {
         &self.report
     }
 
+    /// Largest entry of `K_c C_cc - 1`: how far updates at landings and lift-offs have taken `K_c` from the inverse of the compliance. For long
+    /// runs; costs as much as an inversion.
+    #[must_use]
+    pub fn stiffness_error(&self) -> f64 {
+        self.equilibrium.stiffness_error()
+    }
+
     /// A stance begins at this foothold: history starts anew (35).
     pub fn touch_down(&mut self, foothold: Foothold) {
+        self.foothold_is_believed = foothold.is_believed();
         self.foothold = Vector2::new(foothold.x_m, foothold.y_m);
-        self.equilibrium.begin(foothold.yaw_rad);
+        self.equilibrium.begin(foothold.yaw_within_a_turn_rad());
         self.in_stance = true;
         // The continuation, if one is needed, starts from a centred vertical load.
         let centre = self.model().contact_points().iter().sum::<Vec3>() / self.model().contact_points().len() as f64;
         let zero = Vector2::zeros();
         self.last = Target { force: [Vec3::z(), Vec3::zeros(), Vec3::zeros()], zmp: [zero; 3] };
-        self.last.zmp[0] = self.equilibrium.pose.point(&centre).xy();
+        self.last.zmp[0] = self.equilibrium.stance.pose.point(&centre).xy();
         self.report.twist = Twist::zero();
         self.report.acceleration = Twist::zero();
         for (position, p) in self.positions.iter_mut().zip(self.equilibrium.model().contact_points()) {
-            *position = self.equilibrium.pose.point(p);
+            *position = self.equilibrium.stance.pose.point(p);
         }
         self.place();
     }
@@ -147,7 +151,7 @@ impl StanceEstimator {
 
     /// One tick.
     pub fn step(&mut self, reference: &StanceReference) -> &StanceReport {
-        self.report.iterations = 0;
+        (self.report.iterations, self.report.multiplications) = (0, 0);
         self.report.slow = false;
         let status = self.check(reference).unwrap_or_else(|| self.solve(reference));
         if !status.is_solved() {
@@ -165,10 +169,17 @@ impl StanceEstimator {
         if !self.in_stance {
             return Some(Status::InAir);
         }
+        if !self.foothold_is_believed {
+            return Some(Status::InvalidInput);
+        }
         let (tangential_n, normal_n) = (reference.force.xy().norm(), reference.force.z);
         (self.report.zmp_margin_m, self.report.friction_use) = (None, None);
         if normal_n <= 0.0 {
             return Some(Status::NoLoad { normal_n });
+        }
+        let least_n = self.equilibrium.floor_n() / ROUNDED_MAX;
+        if reference.force.norm() < least_n {
+            return Some(Status::TooLight { normal_n, least_n });
         }
         if self.friction_max == 0.0 {
             return Some(Status::Indeterminate);
@@ -190,7 +201,7 @@ impl StanceEstimator {
 
     /// How far (m) a ZMP lies inside the contact points, undeformed at the last pose or where they were at the last tick.
     fn zmp_margin(&self, zmp: &Vector2<f64>) -> f64 {
-        let pose = self.equilibrium.pose;
+        let pose = self.equilibrium.stance.pose;
         -crate::hull::distance_outside(
             self.hull.iter().map(|p| pose.point(&Vec3::new(p.x, p.y, 0.0)).xy()),
             self.report.node_positions.iter().map(|position| position.xy() - self.foothold),
@@ -205,8 +216,11 @@ impl StanceEstimator {
             zmp: [zmp - self.foothold, zmp_rate, zmp_acceleration],
         };
         self.equilibrium.reset_work();
+        if self.equilibrium.is_first() {
+            self.equilibrium.lower(target.force[0].z);
+        }
         self.equilibrium.save();
-        let start = self.equilibrium.pose.rotation;
+        let start = self.equilibrium.stance.pose.rotation;
         let limits = Limits {
             tolerance: self.settings.tolerance,
             iterations: self.settings.iterations_max,
@@ -223,18 +237,19 @@ impl StanceEstimator {
         if end != End::Converged && self.settings.continuation_iterations_max > 0 {
             self.report.slow = true;
             self.equilibrium.restore();
-            end = self.equilibrium.newton_on_pose(&target, &limits);
+            end = self.equilibrium.newton_on_pose(&target, &self.slow_limits(self.settings.iterations_max));
         }
         // Beyond a fold the linear sole may have further equilibria, tilted by tens of degrees: a large turn within one tick must be
         // one that the load leads to.
         let leapt = end == End::Converged && self.equilibrium.turned_since(&start) > LEAP_RAD;
         if end != End::Converged || leapt {
-            failure = self.follow(&target);
+            failure = self.follow(&target, end);
         }
         if failure.is_none() {
             failure = self.finish(&target, &limits);
         }
         self.report.iterations = self.equilibrium.work.iterations;
+        self.report.multiplications = self.equilibrium.multiplications();
         if let Some(status) = failure {
             self.equilibrium.restore();
             return status;
@@ -251,74 +266,10 @@ impl StanceEstimator {
         }
     }
 
-    /// Follows the load from the last one carried; says where that stops.
-    fn follow(&mut self, target: &Target) -> Option<Status> {
-        if self.settings.continuation_iterations_max == 0 {
-            return Some(Status::NotConverged);
-        }
-        self.report.slow = true;
-        let first = self.equilibrium.is_first();
-        let mut from = self.last;
-        let vertical = Vec3::new(0.0, 0.0, target.force[0].z);
-        if first {
-            // The same load, vertical and centred: scale does not change where the fold is by much, direction does.
-            from.force[0] = vertical;
-        }
-        self.equilibrium.restore();
-        let stopped = self.lead(&from, target)?;
-        if !first || target.force[0] == vertical {
-            return Some(stopped);
-        }
-        // Two loads are joined by more than one way, and friction lets some end where others do not: the ZMP first, the push after it.
-        let mut corner = *target;
-        corner.force[0] = vertical;
-        self.equilibrium.restore();
-        let round = self.lead(&from, &corner).or_else(|| self.lead(&corner, target));
-        round.map(|_| stopped)
-    }
-
-    /// From the pose of one load on the straight way to another; says where that stops.
-    fn lead(&mut self, from: &Target, target: &Target) -> Option<Status> {
-        let limits = Limits {
-            tolerance: self.settings.tolerance,
-            iterations: self.settings.iterations_max.min(CONTINUATION_ITERATIONS),
-            multiplications: self.settings.multiplications_max,
-        };
-        let spent = self.equilibrium.work.iterations;
-        let (mut reached, mut step) = (0.0, CONTINUATION_FIRST);
-        self.equilibrium.save_reached();
-        while reached < 1.0 {
-            if self.equilibrium.work.iterations > spent + self.settings.continuation_iterations_max {
-                return Some(Status::NotConverged);
-            }
-            let next = f64::min(reached + step, 1.0);
-            let wanted = from.between(target, next);
-            let before = self.equilibrium.pose.rotation;
-            let mut end = self.equilibrium.newton(&wanted, &limits, false);
-            if end == End::Circling && step >= CONTINUATION_ON_POSE {
-                self.equilibrium.return_to_reached();
-                end = self.equilibrium.newton_on_pose(&wanted, &limits);
-            }
-            if end == End::Converged && self.equilibrium.turned_since(&before) <= LEAP_RAD {
-                reached = next;
-                step *= 1.5;
-                self.equilibrium.save_reached();
-            } else {
-                self.equilibrium.return_to_reached();
-                step *= 0.5;
-                if step < CONTINUATION_LAST {
-                    let reached_zmp_m = from.between(target, reached).zmp[0] + self.foothold;
-                    return Some(Status::Fold { reached_zmp_m, fraction: reached });
-                }
-            }
-        }
-        None
-    }
-
     /// Checks the laws from the compliance, differentiates, commits and reports.
     fn finish(&mut self, target: &Target, limits: &Limits) -> Option<Status> {
         let load = target.force[0].norm();
-        let found = self.equilibrium.pose.rotation;
+        let found = self.equilibrium.stance.pose.rotation;
         let mut violation = self.equilibrium.settle(&mut self.positions, &mut self.forces);
         for repair in [Repair::Step, Repair::Refresh] {
             if violation <= load * REFRESH.max(self.settings.tolerance) {
@@ -337,27 +288,27 @@ impl StanceEstimator {
                     violation = self.equilibrium.settle(&mut self.positions, &mut self.forces)
                 }
                 (_, Repair::Step) => self.equilibrium.restore(),
-                (_, Repair::Refresh) => return Some(Status::NotConverged),
+                (_, Repair::Refresh) => return Some(Status::NotFound { cause: Cause::Laws }),
             }
         }
-        let asked_n = (load * self.settings.tolerance.max(REFRESH)).max(self.equilibrium.floor_n);
+        let asked_n = (load * self.settings.tolerance.max(REFRESH)).max(self.equilibrium.floor_n());
         // Written so that what is not a number is not accepted.
         let holds = violation <= ACCEPTED * asked_n;
         if !holds {
-            return Some(Status::NotConverged);
+            return Some(Status::NotFound { cause: Cause::Laws });
         }
         let residual = self.equilibrium.work.residual;
         let Some((velocity, acceleration)) = self.equilibrium.rates(target) else {
-            return Some(Status::NotConverged);
+            return Some(Status::NotFound { cause: Cause::Singular });
         };
-        let fixed = self.equilibrium.tangent;
+        let fixed = self.equilibrium.scratch.tangent;
         self.equilibrium.commit(&self.positions);
         let (force, moment) = self.equilibrium.wrench();
         let report = &mut self.report;
         report.twist = Twist::from_vector(&velocity);
         report.acceleration = Twist::from_vector(&acceleration);
         report.wrench = Wrench { force, moment };
-        let o = self.equilibrium.pose.translation;
+        let o = self.equilibrium.stance.pose.translation;
         // Moment about the point on the ground under the origin: M_O + O x F.
         let about = moment + Vec3::new(0.0, 0.0, o.z).cross(&force);
         let arm = Vec3::new(-about.y / force.z, about.x / force.z, 0.0);
@@ -367,7 +318,7 @@ impl StanceEstimator {
         report.tangent = about_moving_origin(&fixed, &force);
         report.compliance = inverse(&report.tangent);
         report.node_forces.copy_from_slice(&self.forces);
-        report.node_states.copy_from_slice(&self.equilibrium.states);
+        report.node_states.copy_from_slice(&self.equilibrium.stance.states);
         report.residual = residual;
         report.law_violation_n = violation;
         let count = |state| report.node_states.iter().filter(|s| **s == state).count();
@@ -384,7 +335,7 @@ impl StanceEstimator {
     fn place(&mut self) {
         let report = &mut self.report;
         let foothold = Vec3::new(self.foothold.x, self.foothold.y, 0.0);
-        let pose = self.equilibrium.pose;
+        let pose = self.equilibrium.stance.pose;
         report.sole_pose = Transform::new(pose.rotation, pose.translation + foothold);
         for (world, position) in report.node_positions.iter_mut().zip(&self.positions) {
             *world = position + foothold;
@@ -432,9 +383,9 @@ mod tests {
         estimator.touch_down(Foothold::default());
         let load = StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.02, 0.0));
         assert_eq!(estimator.step(&load).status, Status::Converged);
-        let solved = estimator.equilibrium.pose.rotation;
+        let solved = estimator.equilibrium.stance.pose.rotation;
         estimator.equilibrium.save();
-        estimator.equilibrium.pose.rotation = so3::exp(&Vec3::new(0.0, turned_rad, 0.0)) * solved;
+        estimator.equilibrium.stance.pose.rotation = so3::exp(&Vec3::new(0.0, turned_rad, 0.0)) * solved;
         let target = estimator.last;
         let limits = Limits { tolerance: 1e-9, iterations: 60, multiplications: u64::MAX };
         let mut failure = None;
@@ -465,6 +416,6 @@ mod tests {
     fn a_repair_mends_the_solution_but_does_not_turn_the_foot() {
         let (failure, away_rad) = repaired(0.9 * LEAP_RAD);
         assert!(failure.is_none() && away_rad < 1e-6, "{failure:?}, {away_rad}");
-        assert_eq!(repaired(1.1 * LEAP_RAD).0, Some(Status::NotConverged));
+        assert_eq!(repaired(1.1 * LEAP_RAD).0, Some(Status::NotFound { cause: Cause::Laws }));
     }
 }

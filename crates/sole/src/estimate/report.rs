@@ -4,6 +4,21 @@ use super::NodeState;
 use nalgebra::Vector2;
 use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
 
+/// What ended a search that found no pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The points' states run in circles: friction far above one, or Poisson's ratio near a half.
+    Circling,
+    /// Newton's iterations ran out, or led nowhere.
+    Steps,
+    /// The tick has cost what it may ([`EstimatorSettings::multiplications_max`](super::EstimatorSettings::multiplications_max)).
+    Work,
+    /// A pose was found, but the contact laws, checked from the compliance, do not hold there.
+    Laws,
+    /// The tangent is singular: the pose has no rate.
+    Singular,
+}
+
 /// Outcome of a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Status {
@@ -41,18 +56,28 @@ pub enum Status {
         /// Distance beyond the outermost point (m).
         by_m: f64,
     },
-    /// No pose was found that carries this load: following it from the last one that was carried stops on the way. At full load that
-    /// is the fold of the first tick, whose references turn with the sole (35): see the crate. With friction far above one, or Poisson's
-    /// ratio near a half, there may be a pose further away. The history stays that of the last load carried; every later tick tries again
-    /// from there, so a stance recovers as soon as its load allows.
+    /// The vertical force is below what rounding of this sole's forces leaves room for: no digit of an answer would be right.
+    TooLight {
+        /// Vertical force wanted (N).
+        normal_n: f64,
+        /// Least force that is solved for (N).
+        least_n: f64,
+    },
+    /// There is no pose on the way: the curve of equilibria from the last load carried to this one turns back, and is solved on both sides of
+    /// where it does. At full load that is the fold of the first tick, whose references turn with the sole (35): see the crate. (Another
+    /// curve may carry the load, tilted by tens of degrees; no load leads there.) The history stays that of the last load carried; every
+    /// later tick tries again from there, so a stance recovers as soon as its load allows.
     Fold {
         /// ZMP of the last load that was carried (m).
         reached_zmp_m: Vector2<f64>,
         /// Part of the way to the wanted load.
         fraction: f64,
     },
-    /// Iteration limit.
-    NotConverged,
+    /// No pose was found, which does not say that there is none. History as with [`Status::Fold`].
+    NotFound {
+        /// What ended the search.
+        cause: Cause,
+    },
     /// NaN or infinite input; nothing was touched.
     InvalidInput,
 }
@@ -115,6 +140,8 @@ pub struct StanceReport {
     pub law_violation_n: f64,
     /// Newton iterations, all attempts together.
     pub iterations: usize,
+    /// Multiplications of this tick, the measure of its work; 0 where nothing was computed.
+    pub multiplications: u64,
     /// Newton from the last tick had not found the answer. It, or that there is none, was found by ways that may take many
     /// periods, and that allocate.
     pub slow: bool,
@@ -156,6 +183,7 @@ impl StanceReport {
             residual: 0.0,
             law_violation_n: 0.0,
             iterations: 0,
+            multiplications: 0,
             slow: false,
             free: points,
             sticking: 0,

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use spatial::{Mat3, Vec3, so3};
+use std::f64::consts::{PI, TAU};
 
 /// What a contact point does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,6 +25,19 @@ pub struct Foothold {
     pub y_m: f64,
     /// About the vertical (rad).
     pub yaw_rad: f64,
+}
+
+impl Foothold {
+    /// Is it a place and a heading that a foot could have?
+    pub(super) fn is_believed(&self) -> bool {
+        [self.x_m, self.y_m, self.yaw_rad].iter().all(|x| x.abs() <= LARGEST)
+    }
+
+    /// The same heading without whole turns, whose digits it would lose.
+    pub(super) fn yaw_within_a_turn_rad(&self) -> f64 {
+        let yaw = self.yaw_rad;
+        if yaw.abs() <= PI { yaw } else { yaw - TAU * (yaw / TAU).round() }
+    }
 }
 
 /// Order of the Euler angles whose yaw is held at the first tick (35). It matters by 0.2-0.4 mm at a corner of the sole.
@@ -76,10 +90,11 @@ pub struct EstimatorSettings {
     pub period_s: f64,
     /// Newton iterations per attempt.
     pub iterations_max: usize,
-    /// Newton iterations, of each of up to three ways, when the direct attempt fails and the load is followed step by step, after a search on the pose alone.
-    /// Those ways may take tens of milliseconds, on nearly incompressible soles seconds, and they allocate. 0: never, and the time of a tick is bounded.
+    /// Newton iterations of each of up to three ways when the direct attempt fails and the load is followed step by step, before a search on the
+    /// pose alone. Those ways may take tens of milliseconds and allocate. 0: never, and the time of a tick is bounded.
     pub continuation_iterations_max: usize,
-    /// Multiplications of a tick after which no further iteration is begun; see [`StanceEstimator::bound_work`](super::StanceEstimator::bound_work).
+    /// Multiplications of a tick after which no further iteration is begun; see [`StanceEstimator::bound_work`](super::StanceEstimator::bound_work)
+    /// and, for the slow ways, [`StanceEstimator::slow_work_max`](super::StanceEstimator::slow_work_max).
     pub multiplications_max: u64,
     /// `|F_t| > friction_use_max * mu F_n` is refused. Near 1 the sliding distance diverges (31 mm at 0.9999).
     pub friction_use_max: f64,

@@ -4,7 +4,7 @@ use crate::edge::honest;
 use crate::walking_stance::{self, TICKS};
 use nalgebra::Vector2;
 use sole::{
-    ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, NodeState,
+    Cause, ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, NodeState,
     SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
 };
 use spatial::{Mat3, Vec3, so3};
@@ -329,7 +329,7 @@ fn bounded_work_is_enough_to_walk_and_ends_what_is_not() {
     let mut free = estimator.clone();
     estimator.bound_work(1);
     let report = estimator.step(&load).clone();
-    assert_eq!((report.status, report.slow), (Status::NotConverged, false));
+    assert_eq!((report.status, report.slow), (Status::NotFound { cause: Cause::Work }, false));
     assert!(report.iterations <= 1 && free.step(&load).iterations > 2, "{}", report.iterations);
     estimator.bound_work(u64::MAX);
     let (late, at_once) = (estimator.step(&load).sole_pose, free.report().sole_pose);

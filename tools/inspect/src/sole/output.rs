@@ -2,7 +2,7 @@
 
 use crate::door;
 use serde::Serialize;
-use sole::{ContactReport, ContactStatus, ElementQuality, MeshQuality, NodeState, SoleModel, StanceReport, Status};
+use sole::{Cause, ContactReport, ContactStatus, ElementQuality, MeshQuality, NodeState, SoleModel, StanceReport, Status};
 use spatial::{Mat6, Transform, Vec3, Wrench, so3};
 
 #[derive(Serialize)]
@@ -74,6 +74,8 @@ pub(super) struct TickOutput {
     pub(super) residual: f64,
     pub(super) law_violation_n: Option<f64>,
     pub(super) iterations: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) multiplications: Option<u64>,
     pub(super) time_us: f64,
     pub(super) status: &'static str,
     pub(super) detail: String,
@@ -111,10 +113,11 @@ pub(super) fn stance(report: &StanceReport, time_us: f64) -> TickOutput {
         Status::DoubtfulCompression { .. } => "doubtful-compression",
         Status::Indeterminate => "indeterminate",
         Status::NoLoad { .. } => "no-load",
+        Status::TooLight { .. } => "too-light",
         Status::OutsideFrictionCone { .. } => "outside-friction-cone",
         Status::ZmpOutsideSole { .. } => "zmp-outside-sole",
         Status::Fold { .. } => "fold",
-        Status::NotConverged => "not-converged",
+        Status::NotFound { .. } => "not-found",
         Status::InvalidInput => "invalid-input",
     };
     TickOutput {
@@ -132,6 +135,7 @@ pub(super) fn stance(report: &StanceReport, time_us: f64) -> TickOutput {
         residual: report.residual,
         law_violation_n: Some(report.law_violation_n),
         iterations: report.iterations,
+        multiplications: Some(report.multiplications),
         time_us,
         status,
         detail: stance_in_words(&report.status),
@@ -166,6 +170,7 @@ pub(super) fn contact(report: &ContactReport, pose: &Transform, model: &SoleMode
         residual: report.residual,
         law_violation_n: None,
         iterations: report.iterations,
+        multiplications: None,
         time_us,
         status,
         detail: contact_in_words(report.status).to_owned(),
@@ -210,14 +215,27 @@ fn stance_in_words(status: &Status) -> String {
             format!("the horizontal force is {tangential_n:.3} N, friction allows {limit_n:.3} N")
         }
         Status::ZmpOutsideSole { by_m } => format!("the ZMP lies {:.3} mm outside the sole", 1e3 * by_m),
+        Status::TooLight { normal_n, least_n } => format!(
+            "the vertical force is {normal_n:e} N: below {least_n:.1e} N no digit of this sole's forces is certain"
+        ),
         Status::Fold { reached_zmp_m: z, fraction } => format!(
-            "no pose carries this load: on the way from the last one carried the equilibrium ends after {:.1} %, the ZMP at ({:.4}, {:.4}) m",
+            "no pose carries this load: on the way from the last one carried the equilibrium turns back after {:.1} %, the ZMP at ({:.4}, {:.4}) m",
             100.0 * fraction,
             z.x,
             z.y
         ),
-        Status::NotConverged => "the iteration did not converge".to_owned(),
+        Status::NotFound { cause } => format!("no pose was found, which does not say that there is none: {}", cause_in_words(*cause)),
         Status::InvalidInput => "a number is not finite, or larger than any that a foot meets".to_owned(),
+    }
+}
+
+fn cause_in_words(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Circling => "the states of the contact points run in circles",
+        Cause::Steps => "Newton's iterations ran out or led nowhere",
+        Cause::Work => "the work of this tick is spent",
+        Cause::Laws => "the contact laws do not hold well enough where the iteration ended",
+        Cause::Singular => "the tangent is singular",
     }
 }
 
