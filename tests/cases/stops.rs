@@ -113,12 +113,28 @@ fn a_robot_that_does_not_settle_ends_with_what_was_in_the_way() {
 }
 
 #[test]
+fn a_walk_off_its_plan_ends_with_code_10_and_by_how_much() {
+    let _alone = alone();
+    // No ZMP follows its plan to a hundredth of a millimetre.
+    let run = Launch::short_walk().set("report.zmp_error_max_m=1e-5").finish();
+    assert_eq!(run.code(), 10, "{}\n{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("verdict                walked, but off its plan: the ZMP was up to "), "{}", run.stdout);
+    run.assert_nothing_left();
+    // Judged by what is recorded with it, also later.
+    let figures = report::figures(&Recording::open(&run.recording()).expect("finished")).expect("readable");
+    assert_eq!((figures.verdict, figures.zmp_error_allowed_m), (report::Verdict::OffPlan, 1e-5));
+    let refused = Launch::short_walk().set("report.zmp_error_max_m=1e9").finish();
+    assert_eq!(refused.code(), 2, "{}", refused.stderr);
+    assert!(refused.stderr.contains("`report.zmp_error_max_m` is 1e9, must be more than 0 and at most 1"), "{}", refused.stderr);
+}
+
+#[test]
 fn a_robot_that_falls_ends_with_code_1_and_when_and_why() {
     let _alone = alone();
     let push = r#"[{ link = "torso", point_in_link_m = [0.0, 0.0, 0.1], force_n = [0.0, 400.0, 0.0], start_s = 0.5, duration_s = 0.2 }]"#;
     let run = Launch::short_walk().set(&format!("simulator.plant.pushes={push}")).finish();
     assert_eq!(run.code(), 1, "{}\n{}", run.stdout, run.stderr);
-    assert!(run.stderr.contains("the robot fell after "), "{}", run.stderr);
+    assert!(run.stderr.contains("the robot fell: ") && run.stderr.contains(" s into the walk"), "{}", run.stderr);
     assert!(run.stdout.contains("fallen                 yes, "), "{}", run.stdout);
     run.assert_nothing_left();
     let recording = Recording::open(&run.recording()).expect("finished");

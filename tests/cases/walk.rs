@@ -22,8 +22,17 @@ fn a_short_walk_is_walked_and_recorded_without_gaps_and_leaves_nothing() {
         assert!(run.stdout.contains(expected), "no `{expected}` in\n{}", run.stdout);
     }
     run.assert_nothing_left();
+    let folder = run.folder();
+    let figures = std::fs::read_to_string(folder.join("figures.json")).expect("every launch writes it");
+    let figures: report::WalkFigures = serde_json::from_str(&figures).expect("figures");
+    assert_eq!((figures.verdict, figures.fallen), (report::Verdict::Walked, Some(false)), "{}", figures.verdict_reason);
+    assert!(figures.distance_m.expect("truth") > 0.9 * figures.planned_distance_m.expect("a pattern"), "{figures:?}");
+    assert!(run.stdout.starts_with(&report::table(&figures)), "{}\n{}", report::table(&figures), run.stdout);
+    let page = std::fs::metadata(folder.join("report.html")).expect("every launch makes a page").len();
+    assert!((500_000..1_000_000).contains(&page), "{page} bytes");
 
     let recording = Recording::open(&run.recording()).expect("finished");
+    assert_eq!(report::figures(&recording).expect("readable"), figures, "whoever computes them");
     let states = recording.messages(topic::ROBOT_STATE).expect("whole");
     let commands = recording.messages(topic::ROBOT_COMMAND).expect("whole");
     let deformations = recording.messages(topic::SOLE_DEFORMATION).expect("whole");

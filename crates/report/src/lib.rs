@@ -35,7 +35,7 @@ pub use figures::{ControllerSteps, Feedback, ProcessTimes, WalkFigures};
 pub use gather::{Gather, Said};
 pub use page::{Page, PageError, PageSettings, compare, page};
 pub use limbs::JointTicks;
-pub use settings::{ReportSettings, SettingsError};
+pub use settings::ReportSettings;
 pub use spread::Spread;
 pub use table::table;
 pub use tracking::Tracking;

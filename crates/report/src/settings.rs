@@ -1,5 +1,6 @@
 //! What a walk is judged by.
 
+use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 
 /// The section `report` of a scenario.
@@ -17,13 +18,8 @@ impl Default for ReportSettings {
     }
 }
 
-/// A limit that judges nothing.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("report.zmp_error_max_m = {found}: expected more than 0 and at most 1 (m); the default is 0.15")]
-pub struct SettingsError {
-    /// What it says (m).
-    pub found: f64,
-}
+/// What a limit may be (m): a metre away is another walk.
+const ZMP_ERROR_MAX_M: Range = Range::above_zero_to(1.0);
 
 /// Name of the file with these settings among a recording's.
 const FILE: &str = "config/report.toml";
@@ -32,10 +28,10 @@ impl ReportSettings {
     /// Is every value one that judges?
     ///
     /// # Errors
-    /// [`SettingsError`] otherwise.
-    pub fn check(&self) -> Result<(), SettingsError> {
-        let found = self.zmp_error_max_m;
-        if found > 0.0 && found <= 1.0 { Ok(()) } else { Err(SettingsError { found }) }
+    /// [`OutOfRange`] otherwise.
+    pub fn check(&self) -> Result<(), OutOfRange> {
+        let demanded = ZMP_ERROR_MAX_M.demand("zmp_error_max_m", self.zmp_error_max_m, "0.15 (m) is the default");
+        demanded.map_err(|error| error.under("report"))
     }
 
     /// Those of a recording's files; the default where it has none that can be used.
@@ -54,7 +50,7 @@ mod tests {
     fn limits_that_judge_nothing_are_refused() {
         for found in [0.0, -0.1, 1.5, f64::NAN, f64::INFINITY] {
             let refused = ReportSettings { zmp_error_max_m: found }.check().expect_err("no limit").to_string();
-            assert!(refused.contains("report.zmp_error_max_m") && refused.contains("at most 1"), "{refused}");
+            assert!(refused.contains("`report.zmp_error_max_m` is") && refused.contains("at most 1"), "{refused}");
         }
         assert_eq!(ReportSettings::default().check(), Ok(()));
     }

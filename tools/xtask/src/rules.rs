@@ -125,7 +125,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "soleus-simulator",
         ],
     ),
-    ("report", &["messages", "recording"]),
+    ("report", &["messages", "ranges", "recording"]),
     // Tools.
     ("soleus-launch", &["bus", "files", "messages", "node", "recording", "report", "scenario"]),
     (

@@ -102,13 +102,20 @@ fn write(walks: &[Walk], settings: &PageSettings) -> Result<Page, PageError> {
         "joints": walks[0].body.joints,
         "swings": walks[0].swings.iter().map(|(foot, from, to)| json!([foot, from, to])).collect::<Vec<_>>(),
         "events": events(walks, &grid),
-        "show": grid.shown_first_s(),
+        "show": fall_s(&walks[0]).unwrap_or_else(|| grid.shown_first_s()),
     });
     let html = assemble(walks, &head, &packer.finish());
     if html.len() > PAGE_MAX_BYTES {
         return Err(PageError::TooLarge { bytes: html.len() });
     }
     Ok(Page { html, figures: walks.iter().map(|walk| walk.figures.clone()).collect() })
+}
+
+/// Walk time shortly before a fall: what one wants to see first.
+fn fall_s(walk: &Walk) -> Option<f64> {
+    const BEFORE_S: f64 = 0.2;
+    let fall = walk.events.iter().find(|event| event.kind == "fall")?;
+    Some(walk.time_s(fall.tick) - BEFORE_S)
 }
 
 /// Each figure that any walk fills, with the run of each of its curves.
