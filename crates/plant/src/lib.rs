@@ -1,5 +1,5 @@
-//! The simulated robot: a floating multibody with position-controlled joints on soft soles, its sensors, and the stabiliser
-//! that is built into it.
+//! The simulated robot: a floating multibody with position-controlled joints on soft soles, its sensors, and the [stabiliser] that is
+//! built into it.
 //!
 //! # The problem
 //!
@@ -24,7 +24,7 @@
 //!
 //! [`Plant`] is the robot as a control computer sees it: [`Plant::tick`] takes a [`PlantCommand`] for one control period and gives
 //! [`PlantSensors`]. [`Truth`] is what really happened, for logs and tests. Between command and drives sits the
-//! [stabiliser](stabiliser::Stabiliser) (it can be switched off), which knows the plan and the sensors, never the truth. A [`Fall`] ends a run.
+//! [`Stabiliser`](stabiliser::Stabiliser) (it can be switched off), which knows the plan and the sensors, never the truth. A [`Fall`] ends a run.
 //! The same inputs give the same bits.
 //!
 //! State `k` is what [`Plant::sensors`] gives before tick `k`. A command given to a tick is *reached* at the end of that tick (the drives
@@ -59,12 +59,10 @@ pub mod ground;
 mod linear;
 mod noise;
 mod plant;
-mod polygon;
 pub mod sensor;
 pub mod servo;
 pub mod settings;
 mod soles;
-pub mod stabiliser;
 pub mod step;
 mod truth;
 
@@ -75,5 +73,5 @@ pub use plant::{Plant, PlantCommand, PlantError, PlantFrames};
 pub use sensor::PlantSensors;
 pub use settings::PlantSettings;
 pub use soles::{MESH_CELLS, PlantSoleLevel, PlantSoleSettings};
-pub use stabiliser::{FootPlan, Plan};
+pub use stabiliser::{FootPlan, Plan, StabiliserReport, StabiliserSettings};
 pub use truth::{FootTruth, Integration, Truth};

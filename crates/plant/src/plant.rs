@@ -11,10 +11,11 @@ use crate::foot::{Foot, PlantSole};
 use crate::sensor::{PlantSensors, SensorBank};
 use crate::servo::{Servo, UnknownDrive};
 use crate::settings::PlantSettings;
-use crate::stabiliser::{Leg, Plan, Stabiliser, StabiliserReport};
 use crate::step::{AppliedForce, Scene, State, StepTime, Stepper};
-use crate::truth::{FootTruth, Integration, Truth, zero_moment_point};
+use crate::truth::{FootTruth, Integration, Truth};
 use multibody::leg::{LegError, LegGeometry};
+use ranges::OutOfRange;
+use stabiliser::{Leg, Plan, Sensed, Stabiliser, StabiliserReport, zero_moment_point};
 
 /// Names of the frames and joints that the plant needs to know. Feet and legs are left, right.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +46,7 @@ pub struct PlantCommand {
 pub enum PlantError {
     /// A setting cannot be.
     #[error(transparent)]
-    Settings(#[from] ranges::OutOfRange),
+    Settings(#[from] OutOfRange),
     /// A frame or joint is not in the model.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -243,7 +244,14 @@ impl Plant {
         let references = match &command.plan {
             Some(plan) if self.settings.stabiliser.enabled => {
                 let measured = self.sensors.current();
-                stabiliser = self.stabiliser.step(&self.model, &command.joint_positions, plan, measured, period_s);
+                let sensed = Sensed {
+                    joint_positions: &measured.joint_positions,
+                    joint_rates: &measured.joint_rates,
+                    orientation: measured.orientation,
+                    angular_velocity: measured.angular_velocity,
+                    foot_wrenches: measured.foot_wrenches,
+                };
+                stabiliser = self.stabiliser.step(&self.model, &command.joint_positions, plan, &sensed, period_s);
                 self.stabiliser.joint_positions()
             }
             _ => &command.joint_positions,

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use crate::disturbance::Push;
 use crate::ground::GroundSettings;
 use crate::sensor::SensorSettings;
-use crate::stabiliser::StabiliserSettings;
+use stabiliser::StabiliserSettings;
 
 /// Settings of the plant. Every field has a default, so that a file names only what differs.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

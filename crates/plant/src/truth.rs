@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use spatial::{Transform, Twist, Vec3, Wrench};
 
 use crate::energy::Energies;
-use crate::stabiliser::StabiliserReport;
+use stabiliser::StabiliserReport;
 
 /// The simulated robot at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,13 +70,4 @@ pub struct Integration {
     pub unconverged_contacts: usize,
     /// Most drives at their torque limit in one step.
     pub saturated_drives_max: usize,
-}
-
-/// Vertical force (N) below which a ZMP has no meaning: a thousandth of what a light robot weighs.
-const ZMP_FORCE_MIN_N: f64 = 0.1;
-
-/// ZMP on the horizontal plane through `origin` of a wrench about `origin`.
-pub(crate) fn zero_moment_point(wrench: &Wrench, origin: &Vec3) -> Option<Vector2<f64>> {
-    (wrench.force.z > ZMP_FORCE_MIN_N)
-        .then(|| origin.xy() + Vector2::new(-wrench.moment.y, wrench.moment.x) / wrench.force.z)
 }

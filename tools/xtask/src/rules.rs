@@ -22,7 +22,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("wholebody", &["multibody", "qp", "ranges", "spatial"]),
     // What the robot measures becomes the state from which a step starts: it needs the step's types, and nothing of messages.
     ("state", &["multibody", "ranges", "spatial", "wholebody"]),
-    ("plant", &["multibody", "ranges", "sole", "spatial"]),
+    // Built into a robot, or its controller's: where it runs is a setting.
+    ("stabiliser", &["multibody", "ranges", "spatial"]),
+    ("plant", &["multibody", "ranges", "sole", "spatial", "stabiliser"]),
     // The fence: nothing above knows of files, clocks, threads or other processes.
     ("files", &[]),
     ("robot", &["files", "sole_mesh"]),

@@ -2,10 +2,24 @@
 
 use multibody::{Configuration, Model, Workspace, center_of_mass, com_jacobian, forward_kinematics_velocity};
 use nalgebra::{DMatrix, DVector, Vector2};
-use spatial::{Mat3, Transform, Vec3, so3};
+use spatial::{Mat3, Transform, Vec3, Wrench, so3};
 
-use super::{Leg, Plan, standing_place};
-use crate::sensor::PlantSensors;
+use crate::{Leg, Plan, standing_place};
+
+/// What the stabiliser takes of a robot's sensors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensed<'a> {
+    /// Joint positions in the model's order (rad).
+    pub joint_positions: &'a DVector<f64>,
+    /// Joint rates (rad/s).
+    pub joint_rates: &'a DVector<f64>,
+    /// Orientation of the inertial unit in the world.
+    pub orientation: Mat3,
+    /// Angular velocity (rad/s), axes of the unit.
+    pub angular_velocity: Vec3,
+    /// Wrench of the ground on each foot, in the axes of its sensor and about its origin.
+    pub foot_wrenches: [Wrench; 2],
+}
 
 /// The robot's motion as it measures it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -52,7 +66,7 @@ impl Measurement {
         self.ankles[foot]
     }
 
-    pub fn motion(&mut self, model: &Model, plan: &Plan, sensors: &PlantSensors, gravity: f64) -> MeasuredMotion {
+    pub fn motion(&mut self, model: &Model, plan: &Plan, sensors: &Sensed<'_>, gravity: f64) -> MeasuredMotion {
         let R_WB = self.base_orientation(plan, sensors);
         self.q.base = Transform::new(R_WB, Vec3::zeros());
         self.q.joints.copy_from(&sensors.joint_positions);
@@ -98,7 +112,7 @@ impl Measurement {
     }
 
     /// Measured orientation of the base with the plan's heading.
-    fn base_orientation(&self, plan: &Plan, sensors: &PlantSensors) -> Mat3 {
+    fn base_orientation(&self, plan: &Plan, sensors: &Sensed<'_>) -> Mat3 {
         let R_WB = sensors.orientation * self.imu_in_base.transpose();
         let heading = |R: &Mat3| R[(1, 0)].atan2(R[(0, 0)]);
         so3::about_z(heading(&plan.base.rotation) - heading(&R_WB)) * R_WB

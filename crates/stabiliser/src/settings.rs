@@ -1,7 +1,7 @@
 use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 
-/// Gains and limits of the stabiliser; the formulas are on the [module's page](crate::stabiliser).
+/// Gains and limits of the stabiliser; the formulas are on the [crate's page](crate).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StabiliserSettings {
@@ -65,7 +65,11 @@ impl Default for StabiliserSettings {
 }
 
 impl StabiliserSettings {
-    pub(crate) fn check(&self) -> Result<(), OutOfRange> {
+    /// Is every value one that can be? Keys stand below `stabiliser`.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check(&self) -> Result<(), OutOfRange> {
         for (name, value, most) in [
             ("roll_damping_nm_s_per_rad (magnitude)", self.roll_damping_nm_s_per_rad.abs(), 1e6),
             ("pitch_damping_nm_s_per_rad (magnitude)", self.pitch_damping_nm_s_per_rad.abs(), 1e6),

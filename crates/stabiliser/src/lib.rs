@@ -1,7 +1,7 @@
-//! The robot's built-in stabiliser: keeps a planned walk upright with what the robot measures, and nothing else.
+//! The stabiliser: keeps a planned walk upright with what the robot measures, and nothing else.
 //!
-//! Inputs are the plan that came with the command and the sensors; outputs are corrected joint references. It never reads the
-//! simulator's truth. With `xi = c + c'/w` the divergent component of motion, `w^2 = g / (c_z - p_z)`:
+//! Inputs are the plan that came with the command and the sensors; outputs are corrected joint references. A robot has it built in, between
+//! command and drives, or the controller has it ([`Stabiliser::step`] is the same; there it acts one period later). With `xi = c + c'/w` the divergent component of motion, `w^2 = g / (c_z - p_z)`:
 //!
 //! **1. Measured motion.** The measured base orientation (inertial unit; its heading is replaced by the plan's, for a real
 //! one drifts) and the encoders give centre of mass and feet relative to each other. Each planned stance foot is anchored: the place
@@ -26,7 +26,7 @@
 //!
 //! **5. Torso.** The base is turned about the planned centre of mass against the measured tilt, `d' = -k e - d/T`.
 //!
-//! **6. Joint angles** follow by the closed-form [inverse kinematics](multibody::leg) of both legs; other joints keep their references.
+//! **6. Joint angles** follow by the closed-form inverse kinematics (`multibody::leg`) of both legs; other joints keep their references.
 //!
 //! The measurements of a tick are compared with the plan of the *previous* command: the drives' ramp has just reached it.
 //!
@@ -42,66 +42,23 @@
 //! References: S. Kajita et al., *Biped walking stabilization based on linear inverted pendulum tracking*, IROS 2010; S. Caron,
 //! A. Kheddar, O. Tempier, *Stair climbing stabilization of the HRP-4 humanoid robot using whole-body admittance control*, ICRA 2019.
 
+#![allow(non_snake_case)] // monogram notation, see the style guide
+
 mod measure;
+mod plan;
+mod polygon;
 mod settings;
 
-pub use measure::MeasuredMotion;
+pub use measure::{MeasuredMotion, Sensed};
+pub use plan::{FootPlan, Plan, zero_moment_point};
 pub use settings::StabiliserSettings;
 
 use measure::Measurement;
+use multibody::leg::LegGeometry;
 use multibody::{FrameIndex, Model};
 use nalgebra::{DVector, Matrix2, Vector2};
+use polygon::ConvexPolygon;
 use spatial::{Mat3, Transform, Vec3, Wrench, so3};
-
-use crate::polygon::ConvexPolygon;
-use crate::sensor::PlantSensors;
-use crate::truth::zero_moment_point;
-use multibody::leg::LegGeometry;
-
-/// The plan that comes with a command: what the robot should do at the command's time.
-///
-/// ZMP and wrenches should be those of the planned *whole-body* motion (what the whole-body controller computed), not of a
-/// cart-table: the angular momentum of a swinging leg shifts the ZMP by about 1 cm, and a stabiliser that is told the cart-table's
-/// takes the difference for a disturbance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plan {
-    /// Base pose `X_WB`.
-    pub base: Transform,
-    /// ZMP on the ground (m).
-    pub zmp: Vector2<f64>,
-    /// Centre of mass (m).
-    pub com: Vec3,
-    /// Its velocity (m/s).
-    pub com_velocity: Vec3,
-    /// Left and right foot.
-    pub feet: [FootPlan; 2],
-}
-
-/// The plan of one foot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FootPlan {
-    /// Stands on the ground.
-    pub in_contact: bool,
-    /// Share of the weight it carries, 0 to 1.
-    pub load_share: f64,
-    /// Force of the ground (N), world axes.
-    pub force: Vec3,
-    /// The foot's own ZMP on the ground (m).
-    pub zmp: Vector2<f64>,
-    /// Ankle pose `X_WA`, axes of the foot.
-    pub ankle: Transform,
-}
-
-impl FootPlan {
-    /// From the wrench of the ground about the ankle, world axes: the ZMP is where that wrench has no horizontal moment on the
-    /// ground, `height_m` high. A foot without load has it below the ankle.
-    #[must_use]
-    pub fn of_wrench(in_contact: bool, load_share: f64, about_ankle: &Wrench, ankle: Transform, height_m: f64) -> Self {
-        let below = Vec3::new(ankle.translation.x, ankle.translation.y, height_m);
-        let zmp = zero_moment_point(&about_ankle.about(&(below - ankle.translation)), &below);
-        Self { in_contact, load_share, force: about_ankle.force, zmp: zmp.unwrap_or(below.xy()), ankle }
-    }
-}
 
 /// What the stabiliser saw, wanted and did in one tick; for logs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -132,9 +89,12 @@ pub struct StabiliserReport {
 
 /// A leg as the stabiliser knows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Leg {
+pub struct Leg {
+    /// Its inverse kinematics.
     pub geometry: LegGeometry,
+    /// Its joints in the model's order: hip yaw, roll, pitch, knee, ankle pitch, roll.
     pub joints: [usize; 6],
+    /// Foot link, origin at the ankle.
     pub ankle: FrameIndex,
     /// `X_AS`: sole frame in the ankle frame.
     pub sole_in_ankle: Transform,
@@ -171,7 +131,9 @@ struct WantedFoot {
 }
 
 impl Stabiliser {
-    pub(crate) fn new(settings: StabiliserSettings, model: &Model, legs: [Leg; 2], imu_in_base: Mat3) -> Self {
+    /// For a robot with these legs (left, right), whose inertial unit is turned in the base by `imu_in_base`.
+    #[must_use]
+    pub fn new(settings: StabiliserSettings, model: &Model, legs: [Leg; 2], imu_in_base: Mat3) -> Self {
         Self {
             settings,
             legs,
@@ -199,7 +161,7 @@ impl Stabiliser {
         model: &Model,
         references: &DVector<f64>,
         plan: &Plan,
-        sensors: &PlantSensors,
+        sensors: &Sensed<'_>,
         period_s: f64,
     ) -> StabiliserReport {
         let reached = self.memory.reached.unwrap_or(*plan);
@@ -298,7 +260,7 @@ impl Stabiliser {
     fn damp_feet(
         &mut self,
         plan: &Plan,
-        sensors: &PlantSensors,
+        sensors: &Sensed<'_>,
         wanted: &[WantedFoot; 2],
         period_s: f64,
         report: &mut StabiliserReport,
@@ -378,19 +340,4 @@ fn standing_place(leg: &Leg, foot: &FootPlan) -> (Vec3, Matrix2<f64>) {
     let forward = foot.ankle.rotation.column(0);
     let forward = Vector2::new(forward.x, forward.y).normalize();
     (centre, Matrix2::new(forward.x, -forward.y, forward.y, forward.x))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_wrench_about_the_ankle_is_a_force_at_a_zmp() {
-        let ankle = Transform::from_translation(Vec3::new(0.1, 0.08, 0.103));
-        let (force, zmp) = (Vec3::new(5.0, -8.0, 200.0), Vec3::new(0.12, 0.07, 0.0));
-        let about_ankle = Wrench { force, moment: (zmp - ankle.translation).cross(&force) };
-        let plan = FootPlan::of_wrench(true, 0.5, &about_ankle, ankle, 0.0);
-        assert!((plan.zmp - zmp.xy()).norm() < 1e-15);
-        assert_eq!(FootPlan::of_wrench(false, 0.0, &Wrench::zero(), ankle, 0.0).zmp, Vector2::new(0.1, 0.08));
-    }
 }
