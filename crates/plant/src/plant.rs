@@ -66,6 +66,11 @@ pub enum PlantError {
     FixedBase,
 }
 
+/// How often a step may be halved.
+const HALVINGS_MAX: u32 = 4;
+/// Steps become longer when their error is less than this part of the largest: one of twice the length has four times the error.
+const CALM: f64 = 1.0 / 16.0;
+
 /// The simulated robot.
 pub struct Plant {
     settings: PlantSettings,
@@ -79,6 +84,8 @@ pub struct Plant {
     pushed: Vec<FrameIndex>,
     applied: Vec<AppliedForce>,
     stepper: Stepper,
+    /// Length of the next step, in the shortest steps there are.
+    step_units: u64,
     servo: Servo,
     feet: [Foot; 2],
     stabiliser: Stabiliser,
@@ -159,6 +166,7 @@ impl Plant {
             applied: Vec::with_capacity(pushed.len()),
             pushed,
             stepper: Stepper::new(&model, settings.step, sole_frames),
+            step_units: 1 << HALVINGS_MAX,
             servo,
             feet: soles.map(|sole| Foot::new(sole, &settings.contact)),
             stabiliser: Stabiliser::new(settings.stabiliser, &model, legs, imu_in_base),
@@ -211,6 +219,7 @@ impl Plant {
             self.feet[i].place(&X_WS, &self.settings.ground).wrench
         });
         self.stepper.place(&self.model, &self.state, wrenches);
+        self.step_units = 1 << HALVINGS_MAX;
         self.stabiliser.restart();
         self.sensors.restart();
         self.ticks = 0;
@@ -319,11 +328,17 @@ impl Plant {
     }
 
     fn integrate(&mut self, period_s: f64) -> Integration {
-        let steps = (period_s / self.settings.step.step_s).round().max(1.0) as usize;
-        let step_s = period_s / steps as f64;
-        let mut integration = Integration { steps, ..Default::default() };
-        for i in 0..steps {
-            let t_s = self.clock_start.map(|start| (self.ticks - start) as f64 * period_s + i as f64 * step_s);
+        let mut integration = Integration::default();
+        // Time is counted in the shortest steps there are, so that it adds up.
+        let longest = 1 << HALVINGS_MAX;
+        let all = (period_s / self.settings.step.step_s).round().max(1.0) as u64 * longest;
+        let unit_s = period_s / all as f64;
+        let mut passed = 0;
+        while passed < all {
+            // A step begins at a multiple of its own length.
+            let length = self.step_units.min(1 << passed.trailing_zeros().min(HALVINGS_MAX));
+            let step_s = length as f64 * unit_s;
+            let t_s = self.clock_start.map(|start| (self.ticks - start) as f64 * period_s + passed as f64 * unit_s);
             self.applied.clear();
             for (push, &frame) in self.settings.pushes.iter().zip(&self.pushed) {
                 let share = t_s.map_or(0.0, |t_s| push.active_share(t_s, step_s));
@@ -331,11 +346,24 @@ impl Plant {
                     self.applied.push(AppliedForce { frame, force: share * Vec3::from(push.force_n) });
                 }
             }
-            let time = StepTime { step_s, period_s, share_at_end: (i + 1) as f64 / steps as f64 };
+            let share_at_end = (passed + length) as f64 / all as f64;
+            let time = StepTime { step_s, period_s, share_at_end, last_resort: length == 1 };
             let scene =
                 Scene { model: &self.model, servo: &self.servo, ground: &self.settings.ground, applied: &self.applied };
             let report = self.stepper.step(&scene, &mut self.state, &mut self.feet, time, &mut self.flows);
             integration.newton_steps += report.newton_steps;
+            if report.rejected {
+                self.step_units = length / 2;
+                integration.rejected_steps += 1;
+                continue;
+            }
+            passed += length;
+            if report.work_error_j < CALM * self.settings.step.work_error_max_j {
+                self.step_units = (2 * self.step_units).min(longest);
+            }
+            let force_n: f64 = self.stepper.wrenches.iter().map(|wrench| wrench.force.z).sum();
+            integration.vertical_force_max_n = integration.vertical_force_max_n.max(force_n);
+            integration.steps += 1;
             integration.unconverged_steps += usize::from(!report.converged);
             integration.unconverged_contacts += usize::from(!report.contacts_converged);
             integration.saturated_drives_max = integration.saturated_drives_max.max(report.saturated_drives);

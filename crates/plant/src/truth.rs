@@ -58,10 +58,14 @@ pub struct FootTruth {
 }
 
 /// How the integration went during one tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Integration {
-    /// Integration steps.
+    /// Integration steps that were taken.
     pub steps: usize,
+    /// Steps that were tried and then taken in shorter ones.
+    pub rejected_steps: usize,
+    /// Largest vertical force of the ground on both feet at the end of a step (N).
+    pub vertical_force_max_n: f64,
     /// Newton steps in all of them.
     pub newton_steps: usize,
     /// Steps whose equations were not met to the tolerance.

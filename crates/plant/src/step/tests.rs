@@ -37,7 +37,13 @@ impl Block {
             let under = Transform::from_translation(Vec3::new(0.0, 0.08 * side, -0.05));
             model.add_frame(&format!("sole {side}"), model.base_frame(), under)
         });
-        let settings = StepSettings { step_s, control_period_s: step_s, force_tolerance_n: 1e-7, newton_steps_max: 20 };
+        let settings = StepSettings {
+            step_s,
+            control_period_s: step_s,
+            force_tolerance_n: 1e-7,
+            newton_steps_max: 20,
+            work_error_max_j: 1e9,
+        };
         let contact = ContactSettings { viscosity_time_s, tolerance: 1e-12 };
         let mut feet = soles.map(|sole| Foot::new(sole, &contact));
         let state = State { q: Configuration { base: pose, ..model.neutral() }, v: DVector::zeros(6) };
@@ -52,7 +58,7 @@ impl Block {
 
     fn step(&mut self) -> StepReport {
         let scene = Scene { model: &self.model, servo: &self.servo, ground: &self.ground, applied: &[] };
-        let time = StepTime { step_s: self.step_s, period_s: self.step_s, share_at_end: 1.0 };
+        let time = StepTime { step_s: self.step_s, period_s: self.step_s, share_at_end: 1.0, last_resort: true };
         let report = self.stepper.step(&scene, &mut self.state, &mut self.feet, time, &mut self.flows);
         assert!(report.converged && report.contacts_converged, "{report:?}");
         report

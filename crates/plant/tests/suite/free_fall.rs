@@ -34,7 +34,7 @@ fn hold(q: &Configuration) -> PlantCommand {
 }
 
 fn step(step_s: f64) -> StepSettings {
-    StepSettings { step_s, control_period_s: 0.005, force_tolerance_n: 1e-10, newton_steps_max: 12 }
+    StepSettings { step_s, control_period_s: 0.005, force_tolerance_n: 1e-10, ..StepSettings::default() }
 }
 
 #[test]

@@ -85,6 +85,7 @@ fn momentum_changes_by_the_impulse_of_all_external_forces() {
     settings.step.force_tolerance_n = 1e-8;
     // One integration step per tick: the truth then holds every force that acted.
     settings.step.control_period_s = 1e-3;
+    settings.step.work_error_max_j = 1e6;
     let (mut plant, command) = standing(settings);
     plant.start_clock();
     let mass = plant.model().total_mass_kg();
@@ -151,6 +152,7 @@ fn what_is_not_solved_is_counted() {
     let mut settings = robot::settings();
     settings.step.newton_steps_max = 1;
     settings.step.force_tolerance_n = 1e-9;
+    settings.step.work_error_max_j = 1e6;
     let (mut plant, command) = standing(settings);
     plant.tick(&command);
     let integration = plant.truth().integration;

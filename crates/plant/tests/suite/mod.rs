@@ -1,6 +1,7 @@
 mod balance;
 mod configuration;
 mod free_fall;
+mod impact;
 mod interface;
 mod levels;
 mod robot;
