@@ -118,14 +118,22 @@ fn a_walk_off_its_plan_ends_with_code_10_and_by_how_much() {
     // No ZMP follows its plan to a hundredth of a millimetre.
     let run = Launch::short_walk().set("report.zmp_error_max_m=1e-5").finish();
     assert_eq!(run.code(), 10, "{}\n{}", run.stdout, run.stderr);
-    assert!(run.stdout.contains("verdict                walked, but off its plan: the ZMP was up to "), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("verdict                walked, but off its plan: the ZMP was up to "),
+        "{}",
+        run.stdout
+    );
     run.assert_nothing_left();
     // Judged by what is recorded with it, also later.
     let figures = report::figures(&Recording::open(&run.recording()).expect("finished")).expect("readable");
     assert_eq!((figures.verdict, figures.zmp_error_allowed_m), (report::Verdict::OffPlan, 1e-5));
     let refused = Launch::short_walk().set("report.zmp_error_max_m=1e9").finish();
     assert_eq!(refused.code(), 2, "{}", refused.stderr);
-    assert!(refused.stderr.contains("`report.zmp_error_max_m` is 1e9, must be more than 0 and at most 1"), "{}", refused.stderr);
+    assert!(
+        refused.stderr.contains("`report.zmp_error_max_m` is 1e9, must be more than 0 and at most 1"),
+        "{}",
+        refused.stderr
+    );
 }
 
 #[test]

@@ -74,7 +74,8 @@ impl Shared {
         if let Some(planned) = self.plans.get(&text) {
             return Ok(planned.clone());
         }
-        let planned = planner::plan(&config.parse::<PlannerSettings>()?).context("planner")?;
+        let settings = config.parse::<PlannerSettings>()?;
+        let planned = planner::plan_with_store(&settings, &mut self.soles).context("planner")?;
         self.plans.insert(text, planned.clone());
         Ok(planned)
     }
@@ -115,7 +116,7 @@ impl ClosedLoop {
         estimator.take_pattern(&planned.header, &planned.phases)?;
         controller.take_pattern(&planned.header, &planned.phases)?;
         let unplaced = simulator.unplaced();
-        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, &mut |_| {})?;
+        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, |_| {}, &mut |_| {})?;
         let now = simulator.place(&command).context("simulator")?;
         let mut gather = Gather::default();
         gather.take(Said::Pattern(&planned.header, &planned.phases));
@@ -136,7 +137,15 @@ impl ClosedLoop {
     /// # Errors
     /// If the controller cannot go on.
     pub fn step_probed(&mut self, done: impl FnMut(Part)) -> anyhow::Result<Option<Tick>> {
-        self.step_with(|_| {}, SimulatorProcess::advance, done)
+        self.step_with(|_| {}, |_| {}, SimulatorProcess::advance, done)
+    }
+
+    /// The same, with an estimator that says something else: what it says goes through `deform` first.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step_deforming(&mut self, deform: impl FnOnce(&mut SoleDeformation)) -> anyhow::Result<Option<Tick>> {
+        self.step_with(|_| {}, deform, SimulatorProcess::advance, |_| {})
     }
 
     /// The same, with sensors that fail: what the robot says it measures goes through `fault` first.
@@ -156,12 +165,13 @@ impl ClosedLoop {
         fault: impl FnOnce(&mut RobotState),
         advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
     ) -> anyhow::Result<Option<Tick>> {
-        self.step_with(fault, advance, |_| {})
+        self.step_with(fault, |_| {}, advance, |_| {})
     }
 
     fn step_with(
         &mut self,
         fault: impl FnOnce(&mut RobotState),
+        deform: impl FnOnce(&mut SoleDeformation),
         advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
         mut done: impl FnMut(Part),
     ) -> anyhow::Result<Option<Tick>> {
@@ -170,7 +180,7 @@ impl ClosedLoop {
         }
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
-        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state, &mut done)?;
+        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state, deform, &mut done)?;
         self.gather.take(Said::Truth(&truth));
         self.gather.take(Said::Command(&command));
         self.gather.take(Said::Deformation(&estimate.deformation));
@@ -221,9 +231,11 @@ fn answer(
     estimator: &mut EstimatorProcess,
     controller: &mut ControllerProcess,
     state: &RobotState,
+    deform: impl FnOnce(&mut SoleDeformation),
     done: &mut impl FnMut(Part),
 ) -> anyhow::Result<(EstimatorOutput, RobotCommand, Option<WalkStart>)> {
-    let estimate = estimator.step(state).context("the estimator has no pattern")?;
+    let mut estimate = estimator.step(state).context("the estimator has no pattern")?;
+    deform(&mut estimate.deformation);
     done(Part::Estimator);
     let output = controller.step(state, Some(&estimate.deformation)).context("controller")?;
     let output = output.context("the controller has no pattern")?;

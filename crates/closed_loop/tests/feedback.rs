@@ -3,8 +3,8 @@
 use closed_loop::{ClosedLoop, Tick};
 use messages::code::{Outcome, Reason};
 use messages::{Plain, RobotState};
-use scenario::{Scenario, Setting};
 use report::WalkFigures;
+use scenario::{Scenario, Setting};
 use state::Refused;
 use std::path::Path;
 
@@ -89,7 +89,10 @@ fn noise_a_delay_of_20_ms_and_a_unit_that_faces_backwards_cost_millimetres() {
             "controller.integration.measurement_delay_ticks=4",
         ],
     );
-    assert!(noisy.com_error_max_m.expect("truth") < exact.com_error_max_m.expect("truth") + 0.003, "{noisy:?} {exact:?}");
+    assert!(
+        noisy.com_error_max_m.expect("truth") < exact.com_error_max_m.expect("truth") + 0.003,
+        "{noisy:?} {exact:?}"
+    );
 }
 
 #[test]

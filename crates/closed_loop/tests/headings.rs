@@ -102,7 +102,11 @@ fn around_a_circle_the_body_turns_with_the_feet() {
     assert!((turned_rad - 23.0 * 0.05 / 0.4).abs() < 0.02, "turned by {turned_rad} rad");
     assert!(behind_rad < 0.005, "{behind_rad} rad away from between the feet");
     assert!(plan_error_rad < 0.01, "{plan_error_rad} rad away from the plan");
-    assert!(figures.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", figures.com_error_max_m.expect("truth"));
+    assert!(
+        figures.com_error_max_m.expect("truth") < 0.01,
+        "centre of mass off by {} m",
+        figures.com_error_max_m.expect("truth")
+    );
     assert!(figures.zmp_error_max_m.expect("truth") < 0.03, "ZMP off by {} m", figures.zmp_error_max_m.expect("truth"));
     assert_eq!(figures.periods_unconverged, 0);
 }

@@ -2,8 +2,8 @@
 
 use closed_loop::ClosedLoop;
 use messages::code::{Outcome, Reason};
-use scenario::{Scenario, Setting};
 use report::WalkFigures;
+use scenario::{Scenario, Setting};
 use std::path::Path;
 
 /// Three swings with sensors as told; an error says why the walk was not walked.
@@ -19,7 +19,11 @@ fn walk(sensors: &[&str]) -> anyhow::Result<WalkFigures> {
     }
     assert_eq!(run.over(), Some(Reason::Finished));
     let figures = run.figures();
-    assert!((figures.distance_m.expect("truth") - 0.1).abs() < 0.005, "walked {} m", figures.distance_m.expect("truth"));
+    assert!(
+        (figures.distance_m.expect("truth") - 0.1).abs() < 0.005,
+        "walked {} m",
+        figures.distance_m.expect("truth")
+    );
     Ok(figures)
 }
 
@@ -45,10 +49,18 @@ fn a_walk_with_noisy_sensors_goes_as_well_as_one_without() {
 fn a_walk_with_a_biased_gyro_or_force_sensor_is_walked() {
     // 0.01 rad/s, taken for a turn about the ankles, are 7 mm/s of the centre of mass: 2 mm of its divergent component.
     let gyro = walk(&["gyro_bias_rad_per_s=[0.01, 0, 0]"]).expect("it walks");
-    assert!(gyro.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", gyro.com_error_max_m.expect("truth"));
+    assert!(
+        gyro.com_error_max_m.expect("truth") < 0.01,
+        "centre of mass off by {} m",
+        gyro.com_error_max_m.expect("truth")
+    );
     // 15 N, a twelfth of what a foot carries, lean the robot by at most 15 N / 390 N of the 0.16 m between the feet: 6 mm.
     let force = walk(&["foot_force_bias_n=[[0, 0, 15], [0, 0, 0]]"]).expect("it walks");
-    assert!(force.com_error_max_m.expect("truth") < 0.01, "centre of mass off by {} m", force.com_error_max_m.expect("truth"));
+    assert!(
+        force.com_error_max_m.expect("truth") < 0.01,
+        "centre of mass off by {} m",
+        force.com_error_max_m.expect("truth")
+    );
 }
 
 #[test]

@@ -70,7 +70,11 @@ fn eleven_swings_on_soft_soles_go_half_a_metre() {
     let figures = run.figures();
     assert!((figures.distance_m.expect("truth") - 0.5).abs() < 0.01, "walked {} m", figures.distance_m.expect("truth"));
     // The sole gives way by millimetres where the estimator expects it: what remains is small against a foot's half width.
-    assert!(figures.com_error_max_m.expect("truth") < 0.02, "centre of mass off by {} m", figures.com_error_max_m.expect("truth"));
+    assert!(
+        figures.com_error_max_m.expect("truth") < 0.02,
+        "centre of mass off by {} m",
+        figures.com_error_max_m.expect("truth")
+    );
     assert_eq!(figures.periods_unconverged, 0);
     let mean_n = carried / f64::from(ticks);
     assert!((mean_n - weight_n).abs() < 0.005 * weight_n, "{mean_n} N carried on average");

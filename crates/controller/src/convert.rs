@@ -6,24 +6,14 @@ use messages::{
 use nalgebra::Vector2;
 use pattern::Reference;
 use robot::JointMap;
-use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
+use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench};
 use state::observer::FootAnchor;
 use state::{Measured, unit_rotation};
 use wholebody::{FootTarget, LoadedSole, WholeBodyReference};
 
-/// References of one tick: the centre of mass from the pattern, the feet from the soles, the torso upright and facing where the feet
-/// do.
+/// References of one tick, the feet from the soles.
 pub(crate) fn reference(pattern: &Reference, deformation: &SoleDeformation) -> WholeBodyReference {
-    let heading = pattern.body_heading();
-    WholeBodyReference {
-        com_position: pattern.com_position(),
-        com_velocity: pattern.com_velocity(),
-        com_acceleration: pattern.com_acceleration(),
-        feet: [foot_target(&deformation.feet[0]), foot_target(&deformation.feet[1])],
-        torso_rotation: so3::about_z(heading.value),
-        torso_angular_velocity: Vec3::new(0.0, 0.0, heading.rate),
-        torso_angular_acceleration: Vec3::new(0.0, 0.0, heading.acceleration),
-    }
+    tracking::reference(pattern, [foot_target(&deformation.feet[0]), foot_target(&deformation.feet[1])])
 }
 
 /// The ankle pose in a message.

@@ -96,7 +96,10 @@ impl ControllerSettings {
     }
 
     /// What the whole-body step is made with: the robot's figures and these.
-    pub(crate) fn whole_body(&self, robot: &Robot, model: &Model) -> Result<WholeBodySettings, OutOfRange> {
+    ///
+    /// # Errors
+    /// [`OutOfRange`] with the key.
+    pub fn whole_body(&self, robot: &Robot, model: &Model) -> Result<WholeBodySettings, OutOfRange> {
         self.check_friction(robot)?;
         let description = &robot.description;
         let [length_m, width_m] = robot.sole_outline().carrying_m;

@@ -7,7 +7,6 @@ use messages::{
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
 };
 use multibody::{Configuration, FrameIndex, Workspace, forward_kinematics};
-use nalgebra::DVector;
 use pattern::WalkPattern;
 use robot::{JointMap, Robot};
 use robot_model::{RobotModelError, walking_model};
@@ -15,10 +14,7 @@ use spatial::Wrench;
 use state::{
     FeedbackFrames, IntegrationMode, IntegrationSettings, InternalState, Measured, NotSettled, SettleDetector, Stance,
 };
-use wholebody::{
-    ConfigurationError, ConfigurationTargets, ConstraintId, RobotState, StepReport, StepStatus, WholeBody,
-    initial_configuration,
-};
+use wholebody::{ConfigurationError, ConstraintId, RobotState, StepReport, StepStatus, WholeBody};
 
 use crate::convert;
 use crate::feedback::Feedback;
@@ -77,10 +73,7 @@ struct Core {
     whole_body: WholeBody,
     workspace: Workspace,
     ankles: [FrameIndex; 2],
-    torso: FrameIndex,
     imu: FrameIndex,
-    half_sitting: DVector<f64>,
-    limit_margin_rad: f64,
     own_soles: OwnSoles,
     integration: IntegrationSettings,
     settle: SettleDetector,
@@ -127,10 +120,7 @@ impl ControllerProcess {
         let frame = |name: &str| model.frame(name).map_err(|source| RobotModelError::unknown(&robot, source));
         let feet = &robot.description.feet;
         let ankles = [frame(&feet[0].ankle_frame)?, frame(&feet[1].ankle_frame)?];
-        let torso = frame(&robot.description.torso_link)?;
         let imu = frame(&robot.description.imu_frame)?;
-        let mut half_sitting = DVector::zeros(model.joint_count());
-        joints.from_interface(joints.resting_rad(), half_sitting.as_mut_slice());
         let frames = FeedbackFrames {
             imu_link: robot.description.imu_frame.clone(),
             ankle_links: [feet[0].ankle_frame.clone(), feet[1].ankle_frame.clone()],
@@ -144,10 +134,7 @@ impl ControllerProcess {
             joints,
             workspace: Workspace::new(&model),
             ankles,
-            torso,
             imu,
-            half_sitting,
-            limit_margin_rad: whole_body_settings.constraints.position_margin_rad,
             measured: Measured::new(&model),
             posture: model.neutral(),
             whole_body: WholeBody::new(model, whole_body_settings)?,
@@ -456,19 +443,8 @@ impl Core {
         pattern: &WalkPattern,
         deformation: &SoleDeformation,
     ) -> Result<RobotState, ConfigurationError> {
-        let model = self.whole_body.model();
         let wanted = convert::reference(&pattern.evaluate(0.0), deformation);
-        let targets = ConfigurationTargets {
-            com: wanted.com_position,
-            ankles: self.ankles,
-            ankle_poses: wanted.feet.map(|foot| foot.ankle_pose),
-            torso: self.torso,
-            torso_rotation: wanted.torso_rotation,
-            posture: self.half_sitting.clone(),
-            limit_margin_rad: self.limit_margin_rad,
-        };
-        let q = initial_configuration(model, &targets)?;
-        Ok(RobotState { q, v: DVector::zeros(model.nv()) })
+        tracking::start(&self.whole_body, &tracking::Start::of(&self.whole_body), &wanted)
     }
 }
 

@@ -5,8 +5,7 @@ use messages::{ContactNodes, FootDeformation, Header, MAX_CONTACT_NODES, SoleCon
 use pattern::{FootReference, Reference};
 use sole::StanceEstimator;
 use spatial::{Twist, Wrench};
-
-use crate::{Estimator, FootEstimate, Outcome};
+use stance::{FootEstimate, Outcome, WalkOnSoles};
 
 /// The message of a tick.
 pub(crate) fn deformation_message(
@@ -34,7 +33,7 @@ fn foot_message(reference: &FootReference, foot: &FootEstimate) -> FootDeformati
         sole_position_m: foot.sole.translation.into(),
         sole_rotation: row_major(&foot.sole.rotation),
         planned_force_n: reference.force.into(),
-        planned_zmp_m: reference.zmp.position.into(),
+        planned_zmp_m: foot.zmp.into(),
         // nalgebra stores columns; the message wants rows.
         compliance_m_rad_per_n_nm: foot.compliance.transpose().as_slice().try_into().expect("6 x 6 numbers"),
         wrench_n_nm: wrench_six(&foot.wrench),
@@ -64,7 +63,7 @@ pub(crate) fn outcome_code(outcome: Outcome) -> OutcomeCode {
 }
 
 /// Both soles node by node; a sole with more nodes than the message holds shows its first ones.
-pub(crate) fn contact_message(header: Header, estimator: &Estimator) -> SoleContact {
+pub(crate) fn contact_message(header: Header, estimator: &WalkOnSoles) -> SoleContact {
     let [left, right] = estimator.stances().map(|stance| stance.map_or_else(ContactNodes::default, nodes_message));
     SoleContact { header, feet: [left, right] }
 }

@@ -7,9 +7,9 @@ use messages::{
 use robot::Robot;
 use sole::StanceEstimator;
 use soles::Store;
+use stance::{EstimatorError, EstimatorSettings, FootEstimate, StanceSettings, WalkOnSoles};
 
 use crate::convert::{contact_message, deformation_message, outcome_code};
-use crate::{Estimator, EstimatorError, EstimatorSettings, FootEstimate};
 
 /// What one tick says.
 #[derive(Debug, Clone)]
@@ -39,11 +39,11 @@ pub struct Summary {
 #[derive(Debug)]
 pub struct EstimatorProcess {
     robot_fingerprint: u64,
-    touch_down_force_n: f64,
+    settings: StanceSettings,
     soles: [Option<StanceEstimator>; 2],
     real_time_multiplications_max: u64,
     own_soles: OwnSoles,
-    estimator: Option<(u64, Estimator)>,
+    estimator: Option<(u64, WalkOnSoles)>,
     start: Option<WalkStart>,
 }
 
@@ -61,27 +61,17 @@ impl EstimatorProcess {
     /// # Errors
     /// [`EstimatorError`] names file, field and value.
     pub fn with_store(settings: &EstimatorSettings, store: &mut Store) -> Result<Self, EstimatorError> {
-        settings.check()?;
         let robot = Robot::load_on(&settings.robot, settings.sole_file.as_deref())?;
-        let solver = sole::EstimatorSettings {
-            tolerance: settings.solver.tolerance,
-            iterations_max: settings.solver.iterations_max,
-            continuation_iterations_max: settings.solver.continuation_iterations_max,
-            ..sole::EstimatorSettings::default()
-        };
-        let soles = match soles::build(&robot, &settings.sole, store)? {
-            Some(models) => models.map(|model| Some(StanceEstimator::new(model, solver))),
-            None => [None, None],
-        };
+        let soles = settings.soles(&robot, store)?;
         let own_soles = OwnSoles {
             ankle_in_sole_m: [0, 1].map(|foot| robot.sole.foot.ankle_in_sole_m(foot)),
             file: robot.sole_file.clone(),
         };
-        let (robot_fingerprint, touch_down_force_n) = (robot.fingerprint, settings.touch_down_force_n);
+        let robot_fingerprint = robot.fingerprint;
         let real_time_multiplications_max = (1e6 * settings.solver.real_time_megamultiplications_max) as u64;
         Ok(Self {
             robot_fingerprint,
-            touch_down_force_n,
+            settings: settings.stance(),
             soles,
             real_time_multiplications_max,
             own_soles,
@@ -129,7 +119,7 @@ impl EstimatorProcess {
         }
         let walk = read_pattern(header, phases)?;
         self.own_soles.check(&walk)?;
-        let estimator = Estimator::new(walk, self.soles.clone(), self.touch_down_force_n, CONTROL_PERIOD_S);
+        let estimator = WalkOnSoles::new(walk, self.soles.clone(), &self.settings, CONTROL_PERIOD_S);
         self.estimator = Some((header.pattern_hash, estimator));
         Ok(())
     }
@@ -146,7 +136,7 @@ impl EstimatorProcess {
         let (pattern_hash, estimator) = self.estimator.as_mut()?;
         let walk_tick = self.start.map_or(-1, |start| state.header.tick - start.tick_zero);
         let walk_time_s = walk_tick as f64 * CONTROL_PERIOD_S;
-        let feet = estimator.at_tick(walk_tick);
+        let feet = estimator.at_tick(walk_tick, &[]);
         let header = Header {
             clock_monotonic_ns: state.header.clock_monotonic_ns,
             ..Header::new(state.header.tick, self.robot_fingerprint)

@@ -1,11 +1,12 @@
 //! What the process publishes: every field from what it says it is, held feet, rigid soles, the end of the walk, bounded work.
 
-use estimator::{Estimator, EstimatorOutput, EstimatorProcess, EstimatorSettings, Outcome};
+use estimator::{EstimatorOutput, EstimatorProcess, EstimatorSettings};
 use gait::GaitSettings;
 use messages::code::{NodeState, Outcome as Code};
 use messages::{CONTROL_PERIOD_S, FootDeformation, Header, RobotState, WalkStart, write_pattern};
 use pattern::WalkPattern;
 use spatial::{Vec3, Wrench};
+use stance::{Outcome, StanceSettings, WalkOnSoles};
 use std::sync::LazyLock;
 
 /// Ticks of the robot at time zero of the walk.
@@ -49,7 +50,10 @@ fn step(process: &mut EstimatorProcess, walk_tick: i64) -> EstimatorOutput {
 }
 
 fn wrench(foot: &FootDeformation) -> Wrench {
-    Wrench { force: Vec3::from_column_slice(&foot.wrench_n_nm[..3]), moment: Vec3::from_column_slice(&foot.wrench_n_nm[3..]) }
+    Wrench {
+        force: Vec3::from_column_slice(&foot.wrench_n_nm[..3]),
+        moment: Vec3::from_column_slice(&foot.wrench_n_nm[3..]),
+    }
 }
 
 /// Moment about the planned ZMP.
@@ -135,7 +139,8 @@ fn rates(before: &[FootDeformation; 2], now: &[FootDeformation; 2], walk_tick: i
                 assert!(apart.abs() < JUMP_M_PER_S, "{what} {k}, tick {walk_tick}: {apart} m/s");
             }
         }
-        let mean = 0.5 * (a.ankle_acceleration_m_rad_per_s2[0] + b.ankle_acceleration_m_rad_per_s2[0]) * CONTROL_PERIOD_S;
+        let mean =
+            0.5 * (a.ankle_acceleration_m_rad_per_s2[0] + b.ankle_acceleration_m_rad_per_s2[0]) * CONTROL_PERIOD_S;
         assert!(
             (b.ankle_twist_m_rad_per_s[0] - a.ankle_twist_m_rad_per_s[0] - mean).abs() < JUMP_M_PER_S,
             "foot {k}, tick {walk_tick}: {mean}"
@@ -165,8 +170,8 @@ fn matrices_are_row_major() {
         (0..6).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| (c(i, j) - c(j, i)).abs()).fold(0.0, f64::max);
     assert!(asymmetry > 1e-8, "{asymmetry}");
     // The same tick with a little more of a vertical load answers which is which.
-    let mut own = Estimator::new(WALK.clone(), own_soles(), 0.05, CONTROL_PERIOD_S);
-    let estimate = own.at_tick(walk_tick)[k];
+    let mut own = WalkOnSoles::new(WALK.clone(), own_soles(), &StanceSettings::default(), CONTROL_PERIOD_S);
+    let estimate = own.at_tick(walk_tick, &[])[k];
     for i in 0..6 {
         for j in 0..6 {
             assert_eq!(c(i, j), estimate.compliance[(i, j)], "{i} {j}");
@@ -199,7 +204,10 @@ fn a_foot_that_cannot_be_solved_is_held_at_rest_and_ages_until_it_can() {
                 if was.loaded == 1 {
                     assert_eq!((is.ankle_position_m, is.sole_position_m), (was.ankle_position_m, was.sole_position_m));
                 }
-                assert_eq!((is.ankle_twist_m_rad_per_s, is.ankle_acceleration_m_rad_per_s2, is.sole_twist_m_rad_per_s), ([0.0; 6], [0.0; 6], [0.0; 6]));
+                assert_eq!(
+                    (is.ankle_twist_m_rad_per_s, is.ankle_acceleration_m_rad_per_s2, is.sole_twist_m_rad_per_s),
+                    ([0.0; 6], [0.0; 6], [0.0; 6])
+                );
                 assert_eq!(is.loaded, 1);
             } else {
                 assert_eq!(is.age_ticks, 0, "tick {walk_tick}");
@@ -239,26 +247,27 @@ fn in_real_time_a_tick_has_so_much_work_and_no_more() {
 
 #[test]
 fn a_rigid_sole_carries_the_plan_and_the_end_of_the_walk_is_held() {
-    let mut rigid = Estimator::new(WALK.clone(), [None, None], 0.05, CONTROL_PERIOD_S);
+    let mut rigid = WalkOnSoles::new(WALK.clone(), [None, None], &StanceSettings::default(), CONTROL_PERIOD_S);
     for walk_tick in (0..=ticks()).step_by(7) {
         let reference = WALK.evaluate(walk_tick as f64 * CONTROL_PERIOD_S);
-        for (foot, planned) in rigid.at_tick(walk_tick).iter().zip(&reference.feet).filter(|(foot, _)| foot.loaded) {
+        for (foot, planned) in rigid.at_tick(walk_tick, &[]).iter().zip(&reference.feet).filter(|(foot, _)| foot.loaded)
+        {
             let zmp = Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0);
             let resultant = foot.wrench.about(&(zmp - foot.sole.translation));
             assert_eq!(resultant.force, planned.force);
             assert!(resultant.moment.norm() < 1e-12 * planned.force.norm(), "tick {walk_tick}");
         }
     }
-    let mut soft = Estimator::new(WALK.clone(), own_soles(), 0.05, CONTROL_PERIOD_S);
-    let end = soft.at_tick(ticks());
+    let mut soft = WalkOnSoles::new(WALK.clone(), own_soles(), &StanceSettings::default(), CONTROL_PERIOD_S);
+    let end = soft.at_tick(ticks(), &[]);
     assert!(end.iter().all(|foot| foot.loaded && foot.outcome == Outcome::Solved));
     // No tick passes for the soles after it: nothing creeps.
-    assert_eq!(soft.at_tick(ticks() + 1), end);
-    assert_eq!(soft.at_tick(ticks() + 1000), end);
+    assert_eq!(soft.at_tick(ticks() + 1, &[]), end);
+    assert_eq!(soft.at_tick(ticks() + 1000, &[]), end);
     assert!(soft.stances().iter().all(Option::is_some));
     // In the air there is no contact to show.
-    let lifted = (0..ticks()).find(|tick| soft.at_tick(*tick).iter().any(|foot| !foot.loaded)).expect("a swing");
-    let feet = soft.at_tick(lifted);
+    let lifted = (0..ticks()).find(|tick| soft.at_tick(*tick, &[]).iter().any(|foot| !foot.loaded)).expect("a swing");
+    let feet = soft.at_tick(lifted, &[]);
     for (foot, stance) in feet.iter().zip(soft.stances()) {
         assert_eq!(stance.is_some(), foot.loaded);
     }

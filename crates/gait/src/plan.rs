@@ -7,6 +7,7 @@ use crate::problem::{PatternProblem, Program, local_bases};
 use crate::{GaitError, GaitSettings};
 use pattern::{
     ComSolution, FootPhase, Foothold, Load, PATTERN_VERSION, Phase, PhaseKind, Quintic, Side, Swing, WalkPattern,
+    ZmpShift,
 };
 use qp::backend::clarabel;
 use qp::{Report, Residuals, Row as ProblemRow, Status};
@@ -274,6 +275,7 @@ impl PatternProblem {
             com,
             load,
             zmp_1: if double { self.turned(zmp_1, true) } else { zmp_1 },
+            zmp_shift: ZmpShift::default(),
             feet: if side_1 == Side::Left { [foot_1, foot_2] } else { [foot_2, foot_1] },
         }
     }

@@ -1,8 +1,8 @@
 //! What stands first in every message.
 
-use crate::{Gone, Older, Plain};
 use crate::older;
 use crate::plain::plain_struct;
+use crate::{Gone, Older, Plain};
 use iceoryx2::prelude::ZeroCopySend;
 
 plain_struct! {

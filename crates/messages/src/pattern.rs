@@ -2,6 +2,7 @@
 
 use pattern::{
     ComSolution, FootPhase, Foothold, Load, PATTERN_VERSION, Phase, PhaseKind, Quintic, Side, Swing, WalkPattern,
+    ZmpShift,
 };
 
 use std::path::PathBuf;
@@ -179,6 +180,7 @@ fn phase_message(phase: &Phase) -> PatternPhase {
         share: phase.load.share.0,
         excess: phase.load.excess.map(|q| q.0),
         zmp_1: phase.zmp_1.map(|q| q.0),
+        zmp_shift: phase.zmp_shift.0,
         feet: phase.feet.map(|foot| foot_message(&foot)),
     }
 }
@@ -233,6 +235,7 @@ fn phase_data(index: usize, message: &PatternPhase) -> Result<Phase, PatternRefu
             excess: message.excess.map(Quintic),
         },
         zmp_1: message.zmp_1.map(Quintic),
+        zmp_shift: ZmpShift(message.zmp_shift),
         feet: message.feet.map(|foot| foot_data(&foot)),
     })
 }
@@ -273,6 +276,7 @@ mod tests {
             com: zmp.map(|q| ComSolution::through(&q, 0.8, 3.5, 0.1, 0.2)),
             load: Load::single_support(),
             zmp_1: [Quintic::default(); 2],
+            zmp_shift: ZmpShift([[[1e-3, -2e-3, 3e-3]; pattern::SHIFT_KNOTS]; 2]),
             feet: [foot(0.08, None), foot(-0.08, Some(swing))],
         };
         WalkPattern {

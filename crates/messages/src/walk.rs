@@ -59,7 +59,7 @@ plain_struct! {
 plain_struct! {
     /// One phase of a walking pattern; the letters are those of the crate `pattern`. Polynomials are ascending coefficients
     /// in powers of the phase's local time (s).
-    "soleus.PatternPhaseV1", 672 bytes, PatternPhase {
+    "soleus.PatternPhaseV2", 1104 bytes, PatternPhase {
         /// Start in walk time.
         start_s: f64,
         /// Duration.
@@ -86,6 +86,8 @@ plain_struct! {
         excess: [[f64; 6]; 2],
         /// ZMP of foot 1, x and y.
         zmp_1: [[f64; 6]; 2],
+        /// The body's own ZMP from the planned one at equidistant knots: value (m), rate, acceleration; x and y.
+        zmp_shift: [[[f64; 3]; 9]; 2],
         /// Left and right foot.
         feet: [PatternFoot; 2],
     }

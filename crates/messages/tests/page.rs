@@ -19,8 +19,24 @@ fn every_field_of_a_physical_quantity_names_its_unit() {
     use messages::{Message, Shape, topic};
     // Pure numbers: rotations, shares, residuals; coefficients and points of the pattern, whose fields say what they are.
     const PURE: [&str; 18] = [
-        "rotation", "share", "residual", "xyzw", "reserved", "amount", "foothold", "zmp", "com_polynomial", "com_decaying",
-        "com_growing", "excess", "zmp_1", "state", "reserve", "count", "code", "step",
+        "rotation",
+        "share",
+        "residual",
+        "xyzw",
+        "reserved",
+        "amount",
+        "foothold",
+        "zmp",
+        "com_polynomial",
+        "com_decaying",
+        "com_growing",
+        "excess",
+        "zmp_1",
+        "state",
+        "reserve",
+        "count",
+        "code",
+        "step",
     ];
     const UNITS: [&str; 13] =
         ["_m", "_rad", "_s", "_kg", "_n", "_nm", "_j", "_ns", "_ticks", "_per_s", "_per_s2", "_bits", "_tick"];

@@ -209,10 +209,7 @@ fn two_programs_run_in_lock_step_and_end_when_asked() {
 
 /// A recorder that says it has stored everything up to a tick.
 fn stored(tick: i64, state: State) -> Health {
-    Health {
-        recorder: RecorderFigures { stored_tick: tick },
-        ..Health::new(Process::Recorder, state, Reason::None)
-    }
+    Health { recorder: RecorderFigures { stored_tick: tick }, ..Health::new(Process::Recorder, state, Reason::None) }
 }
 
 #[test]

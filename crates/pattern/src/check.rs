@@ -31,7 +31,7 @@ const HALVINGS_MAX: u32 = 32;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PatternError {
     /// Written by another version.
-    #[error("the pattern has version {found}, this build reads version {PATTERN_VERSION}")]
+    #[error("the pattern has version {found}, this build reads versions 1 to {PATTERN_VERSION}")]
     Version {
         /// What the pattern says.
         found: u32,
@@ -129,7 +129,7 @@ impl WalkPattern {
     /// # Errors
     /// The first thing that is wrong.
     pub fn check(&self) -> Result<(), PatternError> {
-        if self.version != PATTERN_VERSION {
+        if !(1..=PATTERN_VERSION).contains(&self.version) {
             return Err(PatternError::Version { found: self.version });
         }
         self.check_constants()?;
@@ -182,6 +182,8 @@ impl WalkPattern {
             ("COM (m)", after.com.position - before.com.position, JUMP_MAX_M),
             ("velocity of the COM (m/s)", after.com.velocity - before.com.velocity, JUMP_MAX_M_PER_S),
             ("ZMP (m)", after.zmp.position - before.zmp.position, JUMP_MAX_M),
+            ("shift of the ZMP (m)", after.zmp_shift.position - before.zmp_shift.position, JUMP_MAX_M),
+            ("rate of that shift (m/s)", after.zmp_shift.velocity - before.zmp_shift.velocity, JUMP_MAX_M_PER_S),
         ] {
             let found = jump.amax();
             let smooth = found <= limit;
@@ -227,6 +229,7 @@ fn check_coefficients(index: usize, phase: &Phase) -> Result<(), PatternError> {
         ("COM", phase.com.iter().all(com)),
         ("distance between ZMPs", phase.load.excess.iter().all(|q| fits(q, power))),
         ("load share", fits(&phase.load.share, power)),
+        ("shift of the ZMP", phase.zmp_shift.is_small()),
         ("foothold or swing of a foot", places),
     ] {
         if !fits {

@@ -36,19 +36,23 @@
 //! with a yaw; it is said each time whether it lies under the ankle or under the centre of the sole.
 #![allow(non_snake_case)] // A_i, V, W as in the paper
 
+mod change;
 mod check;
 mod foothold;
 mod heading;
 mod phase;
 mod polynomial;
 mod reference;
+mod shift;
 mod swing;
 mod walk;
 
+pub use change::PlanChange;
 pub use check::PatternError;
 pub use foothold::{Foothold, Side};
 pub use phase::{ComSolution, FootPhase, Load, Phase, PhaseKind, Swing};
 pub use polynomial::Quintic;
 pub use reference::{FootReference, Planar, PlanarMotion, Reference, Scalar, SwingReference};
+pub use shift::{SHIFT_INTERVALS, SHIFT_KNOTS, ZmpShift};
 pub use swing::{AnkleState, SwingTrajectory};
 pub use walk::{PATTERN_VERSION, WalkPattern};

@@ -1,4 +1,4 @@
-use crate::{Foothold, Quintic, Side};
+use crate::{Foothold, Quintic, Side, ZmpShift};
 use serde::{Deserialize, Serialize};
 
 /// Which part of the walk a phase belongs to.
@@ -39,6 +39,9 @@ pub struct Phase {
     pub load: Load,
     /// `x_1`: ZMP of foot 1 (m s^-i); zero in single support.
     pub zmp_1: [Quintic; 2],
+    /// The body's own ZMP, from the planned one; patterns of version 1 have none.
+    #[serde(default)]
+    pub zmp_shift: ZmpShift,
     /// What each foot does, left and right.
     pub feet: [FootPhase; 2],
 }

@@ -50,8 +50,10 @@ pub struct Reference {
     pub kind: PhaseKind,
     /// The swing that phase carries out, prepares or follows, counted from 1.
     pub step: u32,
-    /// ZMP of the whole robot.
+    /// ZMP of the whole robot, as planned.
     pub zmp: Planar,
+    /// The body's own ZMP, from the planned one.
+    pub zmp_shift: Planar,
     /// Centre of mass.
     pub com: PlanarMotion,
     /// Its constant height above the ground (m).

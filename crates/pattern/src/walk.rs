@@ -3,8 +3,8 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use spatial::{Transform, Vec3};
 
-/// Version of [`WalkPattern`] as data; a reader refuses any other.
-pub const PATTERN_VERSION: u32 = 1;
+/// Version of [`WalkPattern`] as data; a reader refuses later ones.
+pub const PATTERN_VERSION: u32 = 2;
 
 /// A planned walk.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,6 +73,7 @@ impl WalkPattern {
             visit(com.decaying);
             visit(com.growing);
         }
+        phase.zmp_shift.numbers().for_each(&mut *visit);
         for foot in &phase.feet {
             for foothold in [Some(foot.ankle_foothold), foot.swing.map(|s| s.from_foothold)].into_iter().flatten() {
                 visit(foothold.x_m);
@@ -136,6 +137,7 @@ impl WalkPattern {
             kind: phase.kind,
             step: phase.step,
             zmp,
+            zmp_shift: phase.zmp_shift.evaluate(t, phase.duration_s),
             com,
             com_height_m: self.com_height_m,
             feet,

@@ -25,6 +25,7 @@ fn standing() -> WalkPattern {
         com: [com; 2],
         load: Load { cancelled_power: 0, share: Quintic::constant(0.5), excess: [Quintic::default(); 2] },
         zmp_1: [Quintic::constant(0.1); 2],
+        zmp_shift: pattern::ZmpShift::default(),
         feet: [foothold(0.1), foothold(-0.1)],
     };
     WalkPattern {

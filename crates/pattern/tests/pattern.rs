@@ -133,7 +133,7 @@ fn constants_beyond_any_robot_are_refused_by_name() {
 fn every_number_of_a_pattern_is_in_its_hash() {
     type Change = fn(&mut WalkPattern);
     let hash = walk().content_hash();
-    let changes: [(&str, Change); 20] = [
+    let changes: [(&str, Change); 21] = [
         ("mass", |p| p.mass_kg += 1e-9),
         ("gravity", |p| p.gravity_m_per_s2 += 1e-9),
         ("COM height", |p| p.com_height_m += 1e-9),
@@ -146,6 +146,7 @@ fn every_number_of_a_pattern_is_in_its_hash() {
         ("foot 1", |p| p.phases[3].foot_1 = p.phases[3].foot_1.other()),
         ("ZMP", |p| p.phases[3].zmp[1].0[5] += 1e-9),
         ("ZMP of foot 1", |p| p.phases[3].zmp_1[0].0[0] += 1e-9),
+        ("shift of the ZMP", |p| p.phases[3].zmp_shift.0[1][8][2] += 1e-9),
         ("COM", |p| p.phases[2].com[1].growing += 1e-9),
         ("load share", |p| p.phases[0].load.share.0[3] += 1e-9),
         ("power", |p| p.phases[0].load.cancelled_power = 3),

@@ -40,6 +40,16 @@ impl PlannerOutput {
                 room_rad.to_degrees()
             ));
         }
+        let rms_mm = [0, 1].map(|axis| {
+            let shift_m = self.rehearsal.zmp_shift_m(axis);
+            1e3 * (shift_m.iter().map(|shift| shift * shift).sum::<f64>() / shift_m.len() as f64).sqrt()
+        });
+        let [travel, speed, torque] = &self.rooms;
+        lines.push(format!(
+            "rehearsed: the body's own ZMP is {:.1} mm forward and {:.1} mm sideways (rms) from the planned one; least room: {travel}, {speed}, \
+             {torque}",
+            rms_mm[0], rms_mm[1]
+        ));
         lines
     }
 }

@@ -3,6 +3,7 @@
 use messages::code::{Process, Reason, State};
 use node::{End, Failure, Program, Shell};
 use planner::{PlannerOutput, PlannerSettings};
+use soles::Store;
 use std::time::Duration;
 
 struct Plan(PlannerOutput);
@@ -13,7 +14,8 @@ impl Program for Plan {
     type Settings = PlannerSettings;
 
     fn build(settings: PlannerSettings) -> Result<Self, Failure> {
-        let planned = planner::plan(&settings).map_err(Failure::unusable)?;
+        let mut store = Store::from_environment();
+        let planned = planner::plan_with_store(&settings, &mut store).map_err(Failure::unusable)?;
         for finding in planned.findings() {
             tracing::info!("{finding}");
         }

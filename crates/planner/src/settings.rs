@@ -1,10 +1,12 @@
 //! The planner's configuration.
 
+use controller::ControllerSettings;
 use gait::{GaitError, GaitSettings};
+use messages::CONTROL_PERIOD_S;
 use ranges::{OutOfRange, Range};
 use robot::{Robot, RobotError};
 use serde::Deserialize;
-use soles::SoleChoice;
+use stance::{EstimatorError, EstimatorSettings};
 use std::path::PathBuf;
 
 use crate::reach::{LegsError, RobotLegs};
@@ -33,9 +35,32 @@ pub struct PlannerSettings {
     /// ([`sole::Status::DoubtfulCompression`]).
     #[serde(default = "sole_compression_max")]
     pub sole_compression_max: f64,
-    /// The soles that must carry it: what replaces the robot's `sole.toml`; level `rigid` asks none.
+    /// Who will walk it: the estimator's configuration, with whose soles and settings the walk is certified. A scenario puts here what its
+    /// estimator is told.
+    pub estimator: EstimatorSettings,
+    /// The same of the controller, whose whole-body step rehearses the walk.
+    pub controller: ControllerSettings,
+    /// How the walk is rehearsed.
     #[serde(default)]
-    pub sole: SoleChoice,
+    pub rehearsal: RehearsalSettings,
+}
+
+/// Section `[rehearsal]`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RehearsalSettings {
+    /// Whether the pattern holds the body's own ZMP, so that the estimator's soles carry it; without, the cart-table's, as in the paper.
+    pub body_zmp: bool,
+    /// Time from step to step (s).
+    pub period_s: f64,
+    /// Half the width of the window over which the body's own ZMP is smoothed (s).
+    pub smoothing_s: f64,
+}
+
+impl Default for RehearsalSettings {
+    fn default() -> Self {
+        Self { body_zmp: true, period_s: CONTROL_PERIOD_S, smoothing_s: 0.04 }
+    }
 }
 
 fn constraint_violation_max_m() -> f64 {
@@ -76,9 +101,30 @@ pub enum PlannerError {
     /// A setting cannot be.
     #[error(transparent)]
     Setting(#[from] OutOfRange),
-    /// The soles cannot be built.
+    /// What the estimator is told cannot be.
+    #[error("estimator: {0}")]
+    Estimator(#[from] EstimatorError),
+    /// What the controller is told cannot be.
+    #[error("controller: {0}")]
+    Controller(#[from] controller::ControllerError),
+    /// The robot makes no model.
     #[error(transparent)]
-    Soles(#[from] soles::SolesError),
+    Model(#[from] robot_model::RobotModelError),
+    /// A setting of the controller does not fit the model.
+    #[error("controller: {0}")]
+    WholeBody(#[from] wholebody::WholeBodyError),
+    /// The configuration of another process is for another robot or sole.
+    #[error(
+        "{key} = {}, but the planner's is {}: give all processes the same", .found.display(), .expected.display()
+    )]
+    OtherRobot {
+        /// Key in the planner's configuration.
+        key: &'static str,
+        /// What it says.
+        found: PathBuf,
+        /// The planner's own.
+        expected: PathBuf,
+    },
     /// The walk was planned, but cannot be walked.
     #[error("the walk cannot be walked: {0}")]
     NotWalkable(#[from] crate::NotWalkable),
@@ -110,7 +156,15 @@ impl PlannerSettings {
         let doubtful = "linear elasticity is doubtful from the default on";
         Range::between(0.0, 90.0).demand("sole_tilt_max_deg", self.sole_tilt_max_deg, doubtful)?;
         Range::between(0.0, 1.0).demand("sole_compression_max", self.sole_compression_max, doubtful)?;
-        self.sole.check()?;
+        let RehearsalSettings { period_s, smoothing_s, .. } = self.rehearsal;
+        Range::between(1e-3, 0.02).demand(
+            "rehearsal.period_s",
+            period_s,
+            "the controller's period, 0.005, is usual",
+        )?;
+        // Five steps make a cubic.
+        Range::between(2.0 * period_s, 0.2).demand("rehearsal.smoothing_s", smoothing_s, "0.04 is usual")?;
+        self.check_same_robot()?;
         let file = robot.sole_file.clone();
         let [length_m, width_m] = robot.sole_outline().carrying_m;
         let ankle = robot.sole.foot.ankle_in_sole_m;
@@ -133,6 +187,21 @@ impl PlannerSettings {
             }
         }
         Ok(())
+    }
+
+    /// Are the other processes' configurations for the same robot and sole?
+    fn check_same_robot(&self) -> Result<(), PlannerError> {
+        let of = |file: &Option<PathBuf>| file.clone().unwrap_or_else(|| self.robot.join("sole.toml"));
+        let pairs = [
+            ("estimator.robot", self.estimator.robot.clone(), self.robot.clone()),
+            ("estimator.sole_file", of(&self.estimator.sole_file), of(&self.sole_file)),
+            ("controller.robot", self.controller.robot.clone(), self.robot.clone()),
+            ("controller.sole_file", of(&self.controller.sole_file), of(&self.sole_file)),
+        ];
+        match pairs.into_iter().find(|(_, found, expected)| found != expected) {
+            Some((key, found, expected)) => Err(PlannerError::OtherRobot { key, found, expected }),
+            None => Ok(()),
+        }
     }
 
     /// The walk for this robot: mass, ankles and soles are the robot's where nothing else is given. Where its soles reach farther than the

@@ -57,7 +57,13 @@ pub struct StepSettings {
 
 impl Default for StepSettings {
     fn default() -> Self {
-        Self { control_period_s: 0.005, step_s: 0.001, force_tolerance_n: 0.01, newton_steps_max: 12, work_error_max_j: 5e-5 }
+        Self {
+            control_period_s: 0.005,
+            step_s: 0.001,
+            force_tolerance_n: 0.01,
+            newton_steps_max: 12,
+            work_error_max_j: 5e-5,
+        }
     }
 }
 

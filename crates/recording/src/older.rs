@@ -23,9 +23,7 @@ impl OlderPlan {
         let message = find(&messages, older.wire_name)?;
         let taken = |number: i32| plan.fields.iter().any(|field| i64::from(field.number) == i64::from(number));
         let gone = message.field.iter().filter(|field| !taken(field.number()));
-        let gone = gone.map(|field| {
-            (field.number() as u32, field.name().to_string(), field.r#type() == Type::Sint64)
-        });
+        let gone = gone.map(|field| (field.number() as u32, field.name().to_string(), field.r#type() == Type::Sint64));
         Ok(Self { gone: gone.collect(), plan })
     }
 

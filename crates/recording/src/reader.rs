@@ -167,7 +167,8 @@ impl Recording {
         let mut unpacker = Unpacker::default();
         let mut channels = Channels { path: &self.path, schemas: HashMap::new(), channels: HashMap::new() };
         let max_bytes = MEMORY_MIN_BYTES.max(MEMORY_RATIO_MAX.saturating_mul(self.size));
-        let mut decoding = Decoding { plans: HashMap::new(), older: HashMap::new(), room: max_bytes, max_bytes, bytes: Vec::new() };
+        let mut decoding =
+            Decoding { plans: HashMap::new(), older: HashMap::new(), room: max_bytes, max_bytes, bytes: Vec::new() };
         while let Some(head) = source.next()? {
             let broken = |broken| ReadError::Broken { path: self.path.clone(), at: head.at, source: broken };
             match head.opcode {

@@ -3,7 +3,7 @@
 use crate::error::ReplayError;
 use messages::code::Process;
 use recording::Recording;
-use scenario::{Config, Setting};
+use scenario::{Config, Setting, Table};
 use std::fs::{File, Permissions};
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -74,9 +74,26 @@ impl Unpacked {
         if !path.is_file() {
             return Err(ReplayError::NotAttached { name });
         }
-        let config = Config::read(&path)?;
+        let config = Config::read_alone(&path)?;
+        let mut moved = self.moved(config.table(), &[])?;
+        // What it was told of other processes is for the same robot.
+        for (name, below) in config.table() {
+            match below.as_table() {
+                Some(below) if below.contains_key("robot") => moved.extend(self.moved(below, &[name])?),
+                _ => {}
+            }
+        }
+        Ok(config.with_settings(&moved))
+    }
+
+    /// Robot and sole of a table, where they lie now; `at` is where the table stands.
+    fn moved(&self, table: &Table, at: &[&str]) -> Result<Vec<Setting>, ReplayError> {
+        let setting = |key: &str, path: &Path| Setting {
+            key: at.iter().chain([&key]).map(|part| (*part).to_string()).collect(),
+            value: path.display().to_string().into(),
+        };
         let mut moved = vec![setting("robot", &self.folder.path().join("robot"))];
-        if let Some(sole_file) = config.table().get("sole_file") {
+        if let Some(sole_file) = table.get("sole_file") {
             let name = sole_file.as_str().and_then(|file| Path::new(file).file_name());
             let name = name.ok_or_else(|| ReplayError::NotAttached { name: format!("sole_file = {sole_file}") })?;
             // Attached as one of the robot's files if it lies in the robot's folder, else apart.
@@ -85,12 +102,8 @@ impl Unpacked {
             let attached = || ReplayError::NotAttached { name: format!("sole/{}", name.to_string_lossy()) };
             moved.push(setting("sole_file", place.ok_or_else(attached)?));
         }
-        Ok(config.with_settings(&moved))
+        Ok(moved)
     }
-}
-
-fn setting(key: &str, path: &Path) -> Setting {
-    Setting { key: vec![key.to_string()], value: path.display().to_string().into() }
 }
 
 /// Removes the folders of replays that ended without doing so: ours, and locked by nobody. What cannot be removed

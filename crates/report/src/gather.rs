@@ -5,8 +5,8 @@ use crate::limbs::BitTicks;
 use crate::{Estimates, ReportSettings, Tracking, Verdict};
 use messages::code::{Fall, Limit, Mode, Process, Reason};
 use messages::{
-    CONTROL_PERIOD_NS, CONTROL_PERIOD_S, Health, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleDeformation, Truth,
-    WalkStart,
+    CONTROL_PERIOD_NS, CONTROL_PERIOD_S, Health, PatternHeader, PatternPhase, RobotCommand, RobotState,
+    SoleDeformation, Truth, WalkStart,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -166,14 +166,16 @@ impl Gather {
             walk_duration_s: self.duration_s,
             fallen,
             fall_time_s: last.map(|truth| self.walk_time_s(truth.fall_tick)),
-            fall_cause: last.map(|truth| {
-                Fall::from_code(truth.fall_cause).map_or("unknown cause", |fall| fall.word()).to_string()
-            }),
+            fall_cause: last
+                .map(|truth| Fall::from_code(truth.fall_cause).map_or("unknown cause", |fall| fall.word()).to_string()),
             com_error_rms_m: tracking.com_error_m.rms(),
             com_error_max_m: tracking.com_error_m.largest(),
             zmp_error_rms_m: tracking.zmp_error_m.rms(),
             zmp_error_max_m: tracking.zmp_error_m.largest(),
-            zmp_error_max_time_s: tracking.zmp_error_m.largest().map(|_| self.walk_time_s(tracking.zmp_error_m.max_tick)),
+            zmp_error_max_time_s: tracking
+                .zmp_error_m
+                .largest()
+                .map(|_| self.walk_time_s(tracking.zmp_error_m.max_tick)),
             zmp_error_allowed_m: settings.zmp_error_max_m,
             zmp_body_to_cart_rms_m: tracking.zmp_body_to_cart_m.rms(),
             zmp_body_to_cart_max_m: tracking.zmp_body_to_cart_m.largest(),
@@ -217,7 +219,8 @@ impl Gather {
             return (Verdict::Unjudged, "the recording holds no truth, or no plan for it".to_string());
         };
         let (zmp_mm, allowed_mm) = (1e3 * zmp_m, 1e3 * figures.zmp_error_allowed_m);
-        let told = format!("the ZMP was up to {zmp_mm:.1} mm from its plan, at {time_s:.2} s; {allowed_mm:.0} mm are allowed");
+        let told =
+            format!("the ZMP was up to {zmp_mm:.1} mm from its plan, at {time_s:.2} s; {allowed_mm:.0} mm are allowed");
         let verdict = if zmp_m > figures.zmp_error_allowed_m { Verdict::OffPlan } else { Verdict::Walked };
         (verdict, told)
     }
@@ -337,7 +340,11 @@ mod tests {
         assert!((figures.distance_m.unwrap() - 0.545).abs() < 1e-12);
         let off = walk(0.151).finish(&ReportSettings::default());
         assert_eq!(off.verdict, Verdict::OffPlan);
-        assert!(off.verdict_reason.contains("151.0 mm") && off.verdict_reason.contains("0.25 s"), "{}", off.verdict_reason);
+        assert!(
+            off.verdict_reason.contains("151.0 mm") && off.verdict_reason.contains("0.25 s"),
+            "{}",
+            off.verdict_reason
+        );
         let strict = ReportSettings { zmp_error_max_m: 0.1 };
         assert_eq!(walk(0.149).finish(&strict).verdict, Verdict::OffPlan);
     }
@@ -371,7 +378,8 @@ mod tests {
 
     #[test]
     fn without_a_recording_the_processes_own_figures_are_told() {
-        let mut simulator = Health { cycles: 3439, walk_time_s: 14.0, walk_duration_s: 14.0, ..health(Process::Simulator) };
+        let mut simulator =
+            Health { cycles: 3439, walk_time_s: 14.0, walk_duration_s: 14.0, ..health(Process::Simulator) };
         simulator.reason = Reason::Finished.code();
         simulator.simulator.distance_m = 0.5;
         (simulator.compute_time_sum_ns, simulator.compute_time_max_ns) = (3_439_000_000, 7_000_000);
@@ -381,7 +389,10 @@ mod tests {
         assert_eq!((times.mean_ms, times.median_ms, times.max_ms), (1.0, None, 7.0));
         (simulator.simulator.fallen, simulator.simulator.fall_cause, simulator.walk_time_s) = (1, 2, 3.5);
         let figures = Gather::of_health(&[simulator], &ReportSettings::default());
-        assert_eq!((figures.verdict, figures.verdict_reason.as_str()), (Verdict::Fell, "tilted too far, 3.50 s into the walk"));
+        assert_eq!(
+            (figures.verdict, figures.verdict_reason.as_str()),
+            (Verdict::Fell, "tilted too far, 3.50 s into the walk")
+        );
     }
 
     #[test]

@@ -80,7 +80,9 @@ pub(crate) fn rows(figures: &WalkFigures, joints: &[String]) -> Vec<(String, Str
             (limit, index, amount) if limit.contains("foot") || limit.contains("ankle") => {
                 format!(" (worst: {limit} {} by {amount:.3e})", if index == 0 { "left" } else { "right" })
             }
-            (limit, index, amount) => format!(" (worst: {limit} {index} by {amount:.3e}; the controller's log has names)"),
+            (limit, index, amount) => {
+                format!(" (worst: {limit} {index} by {amount:.3e}; the controller's log has names)")
+            }
         };
         let backup = match steps.by_backup {
             0 => String::new(),
@@ -181,7 +183,11 @@ mod tests {
         for absent in ["saturated", "at a limit", "not recorded", "deadlines", "refused", "without plan"] {
             assert!(!told(&gather).contains(absent) || absent == "without plan", "{}", told(&gather));
         }
-        gather.take(Said::Truth(&Truth { drives_saturated_bits: 1 << 3, joints_at_limit_bits: 1 << 9, ..Truth::default() }));
+        gather.take(Said::Truth(&Truth {
+            drives_saturated_bits: 1 << 3,
+            joints_at_limit_bits: 1 << 9,
+            ..Truth::default()
+        }));
         let lost = Health { lost: 5, ..Health::new(Process::Recorder, State::Running, Reason::None) };
         gather.take(Said::Health(&lost));
         let table = told(&gather);

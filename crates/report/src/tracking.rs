@@ -76,9 +76,8 @@ impl Tracking {
 
     /// Takes what the estimator was given by the pattern.
     pub fn deformation(&mut self, deformation: &SoleDeformation) {
-        let cart = [0, 1].map(|axis| {
-            deformation.feet.iter().map(|foot| foot.load_share * foot.planned_zmp_m[axis]).sum::<f64>()
-        });
+        let cart = [0, 1]
+            .map(|axis| deformation.feet.iter().map(|foot| foot.load_share * foot.planned_zmp_m[axis]).sum::<f64>());
         self.carts.insert(deformation.header.tick, cart);
         self.compare_cart(deformation.header.tick);
     }

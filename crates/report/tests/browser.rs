@@ -55,7 +55,8 @@ fn a_walk_is_drawn_played_and_fetches_nothing() {
     let size = std::fs::metadata(&path).expect("written").len();
     assert!(size < 1_000_000, "{size} bytes");
     // A machine without a graphics processor draws in software.
-    let mut browser = Browser::start(&program, &["--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]);
+    let mut browser =
+        Browser::start(&program, &["--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]);
     browser.open_ready(&path, "#t=0");
     assert_eq!(browser.complaints, [] as [String; 0]);
     let fetched: Vec<_> = browser.requests.iter().filter(|url| !url.starts_with("data:")).collect();
@@ -168,7 +169,8 @@ fn two_walks_lie_over_each_other() {
     browser.open_ready(&path, "");
     let curves = browser.evaluate("document.querySelector('#figure-com .u-legend').textContent").to_string();
     assert!(curves.contains("A x") && curves.contains("B z"), "{curves}");
-    let heads = browser.evaluate("[...document.querySelectorAll('.summary thead th')].map((th) => th.textContent).join()");
+    let heads =
+        browser.evaluate("[...document.querySelectorAll('.summary thead th')].map((th) => th.textContent).join()");
     assert_eq!(heads, json!(",with,without"));
     assert_eq!(browser.complaints, [] as [String; 0]);
 }

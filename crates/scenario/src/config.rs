@@ -32,11 +32,12 @@ struct Layer {
 
 #[derive(Debug, Clone)]
 enum Source {
-    /// A file with its text; `below` are the tables of the file in which the layer stands.
+    /// A file with its text; `below` are the tables of the file in which the layer stands, `at` those of the configuration.
     File {
         path: PathBuf,
         text: String,
         below: Vec<String>,
+        at: Vec<String>,
     },
     CommandLine,
 }
@@ -44,12 +45,21 @@ enum Source {
 impl Source {
     fn origin_of(&self, key: &[String]) -> Origin {
         match self {
-            Self::File { path, text, below } => {
-                let full: Vec<String> = below.iter().chain(key).cloned().collect();
+            Self::File { path, text, below, at } => {
+                let full: Vec<String> = below.iter().chain(key.iter().skip(at.len())).cloned().collect();
                 Origin::File { path: path.clone(), line: line_of(text, &full) }
             }
             Self::CommandLine => Origin::CommandLine,
         }
+    }
+
+    /// The same as a source of keys below a table.
+    fn part(&self, name: &str) -> Self {
+        let mut part = self.clone();
+        if let Self::File { at, .. } = &mut part {
+            at.insert(0, name.to_string());
+        }
+        part
     }
 }
 
@@ -67,13 +77,22 @@ impl Config {
         Self::from_text(path, text)
     }
 
-    /// Takes a text as the only layer; `path` says where it comes from.
+    /// Reads a file of somebody else as the only layer: no other file that it may name is opened.
     ///
     /// # Errors
-    /// If it is no TOML.
-    pub fn from_text(path: &Path, text: String) -> Result<Self, ConfigError> {
+    /// If it cannot be read or is no TOML.
+    pub fn read_alone(path: &Path) -> Result<Self, ConfigError> {
+        let text = files::read_text(path, files::CONFIG_MAX_BYTES).map_err(|source| ConfigError::Read {
+            path: path.to_path_buf(),
+            wanted_by: None,
+            source,
+        })?;
+        Self::only_layer(path, text)
+    }
+
+    fn only_layer(path: &Path, text: String) -> Result<Self, ConfigError> {
         let table = parse_table(path, &text)?;
-        let source = Source::File { path: path.to_path_buf(), text, below: Vec::new() };
+        let source = Source::File { path: path.to_path_buf(), text, below: Vec::new(), at: Vec::new() };
         // There is nothing yet that it could replace.
         Ok(Self { layers: Vec::new(), merged: Table::new() }.with_layer(source, table, |_| true))
     }
@@ -83,13 +102,53 @@ impl Config {
         Self { layers: Vec::new(), merged: Table::new() }
     }
 
+    /// Takes a text as the only layer; `path` says where it comes from. A table whose key `config` names a file is that file's content, with
+    /// the table's other keys as changes: so a process is told what another one is told.
+    ///
+    /// # Errors
+    /// If it, or a file it names so, is no TOML.
+    pub fn from_text(path: &Path, text: String) -> Result<Self, ConfigError> {
+        let mut table = parse_table(path, &text)?;
+        let source = Source::File { path: path.to_path_buf(), text: text.clone(), below: Vec::new(), at: Vec::new() };
+        let mut config = Self { layers: Vec::new(), merged: Table::new() };
+        let mut parts = Vec::new();
+        for (name, value) in &mut table {
+            let Some(Value::String(base)) = value.as_table_mut().and_then(|table| table.remove("config")) else {
+                continue;
+            };
+            let base = path.parent().unwrap_or(Path::new(".")).join(base);
+            let key = [name.clone(), "config".to_string()];
+            let read = files::read_text(&base, files::CONFIG_MAX_BYTES).map_err(|error| ConfigError::Read {
+                path: base.clone(),
+                wanted_by: Some(source.origin_of(&key)),
+                source: error,
+            })?;
+            config = config.with_part(name, &Self::only_layer(&base, read)?);
+            parts.push(vec![name.clone()]);
+        }
+        let inline = inline_tables(&text);
+        Ok(config.with_layer(source, table, |key| inline.contains(key) && !parts.iter().any(|part| part == key)))
+    }
+
+    /// Puts another configuration below a table of this one, in place of what is there.
+    pub(crate) fn with_part(mut self, name: &str, part: &Self) -> Self {
+        let below = |table: &Table| Table::from_iter([(name.to_string(), Value::Table(table.clone()))]);
+        for layer in &mut self.layers {
+            layer.table.remove(name);
+        }
+        self.merged.extend(below(&part.merged));
+        let layers = part.layers.iter();
+        self.layers.extend(layers.map(|layer| Layer { source: layer.source.part(name), table: below(&layer.table) }));
+        self
+    }
+
     /// Adds keys from a table of another file.
     pub(crate) fn with_table(self, path: &Path, text: &str, below: &[&str], table: Table) -> Self {
         let below: Vec<String> = below.iter().map(|name| (*name).to_string()).collect();
         let inline = inline_tables(text);
         let is_whole = |key: &[String]| inline.contains(&[&below, key].concat());
         self.with_layer(
-            Source::File { path: path.to_path_buf(), text: text.to_string(), below: below.clone() },
+            Source::File { path: path.to_path_buf(), text: text.to_string(), below: below.clone(), at: Vec::new() },
             table,
             is_whole,
         )

@@ -22,6 +22,9 @@
 //! on = false                     # this process is not started
 //! ```
 //!
+//! A process that must know what another one is told has a table with that one's name. In the process's own file the table names the
+//! other's file (`[estimator] config = "estimator.toml"`); in a scenario it holds what the scenario tells the other.
+//!
 //! Keys called `robot` or ending in `_file` or `_folder` hold paths; relative ones are made absolute against the folder of the
 //! file in which they stand (on the command line: the working directory), so that the merged configuration can be stored anywhere.
 //!
@@ -38,3 +41,5 @@ pub use config::{Config, load};
 pub use error::{ConfigError, Origin, Problem};
 pub use scenario::{PROCESSES, Scenario};
 pub use setting::{Setting, SettingError};
+/// A table of keys: what a [`Config`] is merged into.
+pub use toml::Table;

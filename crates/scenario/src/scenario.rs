@@ -76,6 +76,7 @@ impl Scenario {
                 parts.insert(process, part);
             }
         }
+        file.tell_of_each_other(&mut parts, settings)?;
         let below: Vec<Setting> = settings.iter().filter_map(|setting| setting.below(REPORT)).collect();
         let report = match file.table.get(REPORT) {
             None => Table::new(),
@@ -140,6 +141,40 @@ impl File<'_> {
             Some(key) => Err(self.error(&[key], Problem::Unknown { nearest: nearest(key, &known), known })),
             None => Ok(()),
         }
+    }
+
+    /// A process whose own configuration has a table with another one's name is told what the scenario tells that one.
+    fn tell_of_each_other(
+        &self,
+        parts: &mut BTreeMap<&'static str, Part>,
+        settings: &[Setting],
+    ) -> Result<(), ConfigError> {
+        for who in PROCESSES {
+            for other in PROCESSES {
+                let (Some(part), Some(told)) = (parts.get(who), parts.get(other)) else { continue };
+                if !part.config.table().get(other).is_some_and(Value::is_table) {
+                    continue;
+                }
+                let reason = || {
+                    format!(
+                        "the {who} takes this from the {other} of the scenario: change the key there, as in `{other}.KEY`"
+                    )
+                };
+                let problem = || Problem::Invalid { reason: reason() };
+                if let Some(setting) =
+                    settings.iter().find(|setting| setting.key.starts_with(&[who.into(), other.into()]))
+                {
+                    let key = setting.key.join(".");
+                    return Err(ConfigError::Key { origin: Origin::CommandLine, key, problem: problem() });
+                }
+                if self.table.get(who).is_some_and(|table| table.get(other).is_some()) {
+                    return Err(self.error(&[who, other], problem()));
+                }
+                let config = part.config.clone().with_part(other, &told.config);
+                parts.get_mut(who).expect("it was just there").config = config;
+            }
+        }
+        Ok(())
     }
 
     /// The path under a key that all processes share, absolute: the command line's, else the scenario's.

@@ -355,3 +355,48 @@ fn mistakes_in_the_scenario_are_found_where_they_are() {
             .contains("`planner.config`: missing")
     );
 }
+
+const ESTIMATOR: &str = "touch_down_n = 0.05\n[solver]\ntolerance = 1e-9\n";
+
+/// A planner that certifies with what the estimator is told.
+fn with_estimator(scenario: &str, planner: &str) -> Files {
+    let files = Files::new(scenario);
+    std::fs::write(files.0.path().join("planner.toml"), format!("{PLANNER}{planner}")).expect("writable");
+    std::fs::write(files.0.path().join("estimator.toml"), ESTIMATOR).expect("writable");
+    files
+}
+
+const KNOWS: &str = "[estimator]\nconfig = \"estimator.toml\"\nsolver.tolerance = 1e-8\n";
+
+#[test]
+fn a_process_is_told_what_another_one_is_told() {
+    let files = with_estimator(FLAT, KNOWS);
+    let alone = Config::read(&files.0.path().join("planner.toml")).expect("correct");
+    assert_eq!(alone.table()["estimator"]["touch_down_n"].as_float(), Some(0.05));
+    assert_eq!(
+        alone.table()["estimator"]["solver"]["tolerance"].as_float(),
+        Some(1e-8),
+        "changed by the planner's file"
+    );
+    let scenario = format!("{FLAT}[estimator]\nconfig = \"../estimator.toml\"\ntouch_down_n = 0.1\n");
+    let files = with_estimator(&scenario, KNOWS);
+    let scenario = files.load(&["estimator.solver.tolerance=1e-7"]).expect("correct");
+    let [planner, estimator] = ["planner", "estimator"].map(|name| scenario.config(name).expect("on").table());
+    assert_eq!(planner["estimator"].as_table(), Some(estimator));
+    assert_eq!(estimator["solver"]["tolerance"].as_float(), Some(1e-7));
+}
+
+#[test]
+fn a_key_of_another_process_is_refused_where_it_has_no_effect() {
+    let scenario = format!("{FLAT}[estimator]\nconfig = \"../estimator.toml\"\n");
+    let refused = with_estimator(&scenario, KNOWS).message(&["planner.estimator.touch_down_n=0.1"]);
+    assert!(refused.starts_with("command line (--set): `planner.estimator.touch_down_n`"), "{refused}");
+    assert!(refused.contains("`estimator.KEY`"), "{refused}");
+    let inside = scenario.replace("gait.lambda = 0.7", "estimator.touch_down_n = 0.1");
+    let refused = with_estimator(&inside, KNOWS).message(&[]);
+    assert!(refused.starts_with("/scenarios/flat.toml:5: `planner.estimator`"), "{refused}");
+    // Wrong values are told with the file that holds them.
+    let files = with_estimator(FLAT, &KNOWS.replace("estimator.toml", "nowhere.toml"));
+    let refused = files.message(&[]);
+    assert!(refused.contains("nowhere.toml (named in /planner.toml:10)"), "{refused}");
+}

@@ -125,7 +125,11 @@ fn truth_and_state_agree_with_the_kinematics_of_the_robot() {
         let (truth, state) = (output.truth, output.state);
         assert!((truth.walk_time_s - (tick - 3) as f64 * CONTROL_PERIOD_S).abs() < ROUNDING, "{}", truth.walk_time_s);
         let impulse_share = (truth.walk_time_s.clamp(0.0, 0.05)) / 0.05;
-        assert!((truth.linear_momentum_kg_m_per_s[0] - impulse_share * 80.0 * 0.05).abs() < 1e-6, "{}", truth.linear_momentum_kg_m_per_s[0]);
+        assert!(
+            (truth.linear_momentum_kg_m_per_s[0] - impulse_share * 80.0 * 0.05).abs() < 1e-6,
+            "{}",
+            truth.linear_momentum_kg_m_per_s[0]
+        );
         let R_WB = Mat3::from_row_slice(&truth.base_rotation);
         let w_W = Vec3::from_column_slice(&truth.base_twist_m_rad_per_s[3..]);
         // The inertial unit is not turned against the base.

@@ -15,7 +15,9 @@ const LOAD_N: f64 = 420.0;
 const REFERENCE: [f64; 3] = [0.7015, 0.5996, 0.2820];
 
 fn main() {
-    println!("| level | mesh | contacts | sinkage mm | roll deg | pitch deg | build s |\n|---|---|---|---|---|---|---|");
+    println!(
+        "| level | mesh | contacts | sinkage mm | roll deg | pitch deg | build s |\n|---|---|---|---|---|---|---|"
+    );
     let [sinkage, roll, pitch] = REFERENCE;
     println!("| scikit-fem, quadratic hexahedra | 14 x 8 x 3 | | {sinkage} | {roll} | {pitch} | |");
     let linear = |cells| ("patches", Level::Patches { cells });

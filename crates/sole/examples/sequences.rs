@@ -35,8 +35,12 @@ fn main() {
                 if slow && report.slow {
                     println!(
                         "  seed {seed} tick {ticks}: {:.1} N at {:.3}, {:.3} m: {} iterations, {:.1}e6, {:?}",
-                        load.force.norm(), load.zmp[0].x, load.zmp[0].y, report.iterations,
-                        1e-6 * report.multiplications as f64, report.status
+                        load.force.norm(),
+                        load.zmp[0].x,
+                        load.zmp[0].y,
+                        report.iterations,
+                        1e-6 * report.multiplications as f64,
+                        report.status
                     );
                 }
                 most = most.max(report.multiplications);
@@ -50,6 +54,11 @@ fn main() {
             }
         }
         let others: Vec<String> = others.iter().map(|(name, count)| format!("{count} {name}")).collect();
-        println!("{:<44} {ticks:>5} {solved:>6}  {:>9.1} {most_ms:>9.1}  {}", family.name, 1e-6 * most as f64, others.join(", "));
+        println!(
+            "{:<44} {ticks:>5} {solved:>6}  {:>9.1} {most_ms:>9.1}  {}",
+            family.name,
+            1e-6 * most as f64,
+            others.join(", ")
+        );
     }
 }

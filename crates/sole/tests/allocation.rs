@@ -64,7 +64,10 @@ fn with_its_work_bounded_the_estimator_does_not_allocate_where_it_fails_either()
     assert_eq!(count, 0);
     let [fold, solved, leap, outside, broken] = seen;
     assert_eq!((solved, broken), (Status::Converged, Status::InvalidInput));
-    assert!(matches!(fold, Status::NotFound { .. }), "the slow ways, which would show that it folds, are left out: {fold:?}");
+    assert!(
+        matches!(fold, Status::NotFound { .. }),
+        "the slow ways, which would show that it folds, are left out: {fold:?}"
+    );
     assert!(matches!(leap, Status::NotFound { .. }), "by far more than Newton follows in one go: {leap:?}");
     assert!(matches!(outside, Status::ZmpOutsideSole { .. }));
 }
@@ -102,9 +105,7 @@ fn whatever_is_asked_within_bounded_work_does_not_allocate() {
         assert_eq!(count, 0, "{multiplications}");
     }
     seen.extend(names.iter().map(|status| format!("{status:?}").split(' ').next().unwrap_or_default().to_owned()));
-    for status in
-        ["Converged", "DoubtfulTilt", "DoubtfulCompression", "Indeterminate", "InAir", "NoLoad", "NotFound"]
-    {
+    for status in ["Converged", "DoubtfulTilt", "DoubtfulCompression", "Indeterminate", "InAir", "NoLoad", "NotFound"] {
         assert!(seen.contains(status), "{status} is not among {seen:?}");
     }
     assert!(seen.contains("OutsideFrictionCone"), "{seen:?}");

@@ -170,9 +170,11 @@ impl Mesh {
         }
         let bare = Mesh { nodes, tetrahedra, clamped: Vec::new(), contact: Vec::new() };
         let extent_m = bare.extent();
-        let surfaces = || file.names.iter().filter(|((dimension, _), _)| *dimension == 2).map(|(_, name)| name.as_str());
+        let surfaces =
+            || file.names.iter().filter(|((dimension, _), _)| *dimension == 2).map(|(_, name)| name.as_str());
         // A name that is nearly right is a mistake, not a wish for the planes.
-        let named = |group: &str| file.names.values().any(|name| name == group) || near_miss(group, surfaces()).is_some();
+        let named =
+            |group: &str| file.names.values().any(|name| name == group) || near_miss(group, surfaces()).is_some();
         let by_group = match sets {
             MshSets::Groups => true,
             MshSets::Planes => false,

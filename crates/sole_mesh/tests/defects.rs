@@ -162,7 +162,8 @@ fn a_slit_of_nodes_at_one_place_is_told() {
         let new = slit.nodes.len();
         slit.nodes.push(slit.nodes[*old]);
         for t in 0..slit.tetrahedra.len() {
-            let left = slit.tetrahedra[t].iter().map(|i| mesh.nodes[(*i).min(mesh.nodes.len() - 1)].y).sum::<f64>() > 0.0;
+            let left =
+                slit.tetrahedra[t].iter().map(|i| mesh.nodes[(*i).min(mesh.nodes.len() - 1)].y).sum::<f64>() > 0.0;
             slit.tetrahedra[t].iter_mut().filter(|i| left && **i == *old).for_each(|i| *i = new);
         }
         for set in [&mut slit.clamped, &mut slit.contact] {

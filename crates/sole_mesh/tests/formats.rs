@@ -156,7 +156,9 @@ fn a_partitioned_file_says_the_groups_of_its_pieces() {
     let (before, elements) = text.split_once("$Elements\n").expect("elements");
     let elements = [("2 1 2 4", "2 11 2 4"), ("2 2 2 4", "2 12 2 4"), ("3 1 4 12", "3 13 4 12")]
         .iter()
-        .fold(elements.to_owned(), |text, (whole, piece)| text.replacen(&format!("\n{whole}\n"), &format!("\n{piece}\n"), 1));
+        .fold(elements.to_owned(), |text, (whole, piece)| {
+            text.replacen(&format!("\n{whole}\n"), &format!("\n{piece}\n"), 1)
+        });
     let ghosts = "$GhostElements\n1\n3 1 1 2\n$EndGhostElements\n";
     let text = format!("{}$Elements\n{elements}{ghosts}", before.replace("$Nodes\n", pieces));
     assert_eq!(Mesh::from_msh(&text, MshSets::Groups).as_ref(), Ok(&mesh));
@@ -205,7 +207,9 @@ fn elements_of_any_order_give_their_corners_and_others_are_named() {
     for (kind, name) in [(3, "quadrangle"), (5, "hexahedron"), (6, "prism"), (7, "pyramid"), (4242, "not known")] {
         let other = format!("{head} {kind} 2 3 1 {corners} 1 2\n$EndElements\n");
         let error = Mesh::from_msh(&other, MshSets::Groups).expect_err("no tetrahedron");
-        assert!(matches!(&error, MshError::OtherElement { element, kind } if *element == number && kind.contains(name)));
+        assert!(
+            matches!(&error, MshError::OtherElement { element, kind } if *element == number && kind.contains(name))
+        );
         assert!(error.to_string().contains(&format!("element {number} is a {name}")) || kind == 4242, "{error}");
     }
 }
@@ -213,7 +217,8 @@ fn elements_of_any_order_give_their_corners_and_others_are_named() {
 #[test]
 fn names_that_are_nearly_right_are_told_and_never_taken_for_planes() {
     let mesh = block();
-    for (clamped, contact) in [("Clamped", "Contact"), ("clamp", "contact"), ("clamped", "contacts"), (" CLAMPED", "x")] {
+    for (clamped, contact) in [("Clamped", "Contact"), ("clamp", "contact"), ("clamped", "contacts"), (" CLAMPED", "x")]
+    {
         let text = mesh.to_msh().replace("\"clamped\"", &format!("\"{clamped}\""));
         let text = text.replace("\"contact\"", &format!("\"{contact}\""));
         for sets in [MshSets::Either, MshSets::Groups] {
@@ -245,7 +250,12 @@ fn groups_without_elements_are_told_with_the_reason() {
     let count = triangles + mesh.tetrahedra.len();
     let bare = surfaces.join("\n") + "\n";
     let bare = bare.replace(&format!("$Elements\n{count}\n"), &format!("$Elements\n{triangles}\n"));
-    let without = bare.replace("\n3\n2 1", "\n2\n2 1").lines().filter(|line| !line.starts_with("3 3 ")).collect::<Vec<_>>().join("\n");
+    let without = bare
+        .replace("\n3\n2 1", "\n2\n2 1")
+        .lines()
+        .filter(|line| !line.starts_with("3 3 "))
+        .collect::<Vec<_>>()
+        .join("\n");
     for (text, reason) in [
         (bare.clone(), "of volumes are empty"),
         (without + "\n", "none of the volume"),

@@ -1,10 +1,10 @@
 //! The page of a recording, and of two at once.
 
 use crate::door::Outcome;
+use ::report::{Page, PageSettings};
 use anyhow::Context;
 use clap::Args;
 use recording::Recording;
-use ::report::{Page, PageSettings};
 use std::path::{Path, PathBuf};
 
 /// One recording.

@@ -74,7 +74,10 @@ impl Conclusion {
             Verdict::Walked | Verdict::Unjudged => Ok(()),
             Verdict::Fell => Err(Ending::new(1, format!("the robot fell: {}", figures.verdict_reason))),
             Verdict::EndedEarly => Err(Ending::new(1, format!("the walk ended early: {}", figures.verdict_reason))),
-            Verdict::OffPlan => Err(Ending::new(node::ExitCode::NotWalked.code(), format!("walked, but off its plan: {}", figures.verdict_reason))),
+            Verdict::OffPlan => Err(Ending::new(
+                node::ExitCode::NotWalked.code(),
+                format!("walked, but off its plan: {}", figures.verdict_reason),
+            )),
         }
     }
 }

@@ -85,7 +85,8 @@ mod tests {
         simulator.walk_time_s = -1.0;
         heard.take(&simulator);
         assert!(heard.line().starts_with("settling"), "{}", heard.line());
-        (simulator.walk_time_s, simulator.simulator.distance_m, simulator.compute_time_max_ns) = (1.5, 0.123, 7_000_000);
+        (simulator.walk_time_s, simulator.simulator.distance_m, simulator.compute_time_max_ns) =
+            (1.5, 0.123, 7_000_000);
         heard.take(&simulator);
         let planner = Health { walk_duration_s: 6.0, ..Health::new(Process::Planner, State::Running, Reason::None) };
         heard.take(&planner);

@@ -25,7 +25,9 @@ To add a field: change the struct in `crates/messages/src`, give it a new versio
 /// The page.
 pub fn page() -> String {
     let mut page = Page { text: HEAD.to_string(), structs: Vec::new() };
-    page.line("\n## Topics\n\nHertz are control ticks per second. *Kept* is how many past messages a late subscriber gets.\n");
+    page.line(
+        "\n## Topics\n\nHertz are control ticks per second. *Kept* is how many past messages a late subscriber gets.\n",
+    );
     page.line("| topic | message | Hz | kept | from | to |\n|---|---|---|---|---|---|");
     let Ok(()) = topic::visit(&mut page);
     page.line("\n## Layouts");
@@ -117,5 +119,10 @@ impl Visitor for Page {
 /// A doc comment as one line, its links as plain names.
 fn flat(doc: &str) -> String {
     let words = doc.split_whitespace().collect::<Vec<_>>().join(" ");
-    words.replace("[`crate::code::", "[`").replace("[`crate::", "[`").replace("[`", "`").replace("`]", "`").replace('|', "\\|")
+    words
+        .replace("[`crate::code::", "[`")
+        .replace("[`crate::", "[`")
+        .replace("[`", "`")
+        .replace("`]", "`")
+        .replace('|', "\\|")
 }

@@ -221,9 +221,9 @@ fn a_massless_leader_is_carried_by_its_follower() {
     assert!((vd[0] + 9.81 / 0.1).abs() < 1e-12 && error < 1e-15, "{} {error:e}", vd[0]);
     // Its moments go with its mass: without one they would be no body's.
     let massless = text.replacen(r#"mass value="2""#, r#"mass value="0""#, 1);
-    let massless = ["ixx", "iyy", "izz"].iter().fold(massless, |text, moment| {
-        text.replacen(&format!(r#"{moment}="1""#), &format!(r#"{moment}="0""#), 1)
-    });
+    let massless = ["ixx", "iyy", "izz"]
+        .iter()
+        .fold(massless, |text, moment| text.replacen(&format!(r#"{moment}="1""#), &format!(r#"{moment}="0""#), 1));
     let model = Model::from_urdf(&massless, &ModelOptions { base: Base::Fixed, ..ModelOptions::default() }).unwrap();
     assert_eq!(model.massless_joint(), Some(JointIndex(0)));
     assert_eq!(aba_refined(&model, &mut ws, &model.neutral(), &zero, &zero, &mut vd), f64::INFINITY);

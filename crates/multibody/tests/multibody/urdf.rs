@@ -476,7 +476,9 @@ fn a_link_with_inertia_and_no_mass_is_named() {
     assert_refused!(parts, ModelError::Inertia { .. }, "link `ghost`", "a moment of inertia of 1 kg m^2 but no mass");
     let options = ModelOptions { inertia: InertiaCheck::Tolerant, ..ModelOptions::default() };
     let model = Model::from_urdf(&robot(&parts), &options).unwrap();
-    assert!(matches!(model.impossible_links(), [(link, spatial::InertiaError::MomentWithoutMass(_))] if link == "ghost"));
+    assert!(
+        matches!(model.impossible_links(), [(link, spatial::InertiaError::MomentWithoutMass(_))] if link == "ghost")
+    );
     // Nothing at all is no defect: a frame.
     let nothing = r#"<inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>"#;
     assert!(read(&[link("a", MASS), link("frame", nothing), joint("j", "fixed", "a", "frame", "")]).is_ok());

@@ -122,7 +122,8 @@ fn links(urdf: &urdf_rs::Robot, joints: &[String]) -> Vec<Link> {
             };
             let moves = joint.filter(|joint| joint.joint_type != JointType::Fixed);
             let mimic = moves.and_then(|joint| joint.mimic.as_ref());
-            let leader = mimic.map_or_else(|| moves.map(|joint| joint.name.as_str()), |mimic| Some(mimic.joint.as_str()));
+            let leader =
+                mimic.map_or_else(|| moves.map(|joint| joint.name.as_str()), |mimic| Some(mimic.joint.as_str()));
             links.push(Link {
                 name: link.name.clone(),
                 parent,

@@ -38,12 +38,7 @@ pub(super) fn rotated(r: &[f64; 9], v: [f64; 3]) -> [f64; 3] {
 /// Quaternion x, y, z, w of roll, pitch and yaw as a URDF has them.
 pub(super) fn of_rpy([roll, pitch, yaw]: [f64; 3]) -> [f64; 4] {
     let ((sr, cr), (sp, cp), (sy, cy)) = ((0.5 * roll).sin_cos(), (0.5 * pitch).sin_cos(), (0.5 * yaw).sin_cos());
-    [
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    ]
+    [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]
 }
 
 #[cfg(test)]

@@ -88,12 +88,15 @@ fn write(walks: &[Walk], settings: &PageSettings) -> Result<Page, PageError> {
         name: walks.iter().map(|walk| walk.name.as_str()).collect::<Vec<_>>().join(" and "),
         between: match (settings.from_s, settings.to_s) {
             (None, None) => String::new(),
-            (from, to) => format!(" between {} and {} s", from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY)),
+            (from, to) => {
+                format!(" between {} and {} s", from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY))
+            }
         },
     })?;
     let mut packer = Packer::default();
     let plots = overlaid(walks);
-    let plots: Vec<Value> = plots.into_iter().map(|(plot, runs)| plot_json(&plot, &runs, walks, &grid, &mut packer)).collect();
+    let plots: Vec<Value> =
+        plots.into_iter().map(|(plot, runs)| plot_json(&plot, &runs, walks, &grid, &mut packer)).collect();
     let replays: Vec<Value> = walks.iter().map(|walk| replay::json(walk, &grid, &mut packer)).collect();
     let head = json!({
         "time": { "from": grid.from_s(), "step": grid.step_s(), "n": grid.count() },
@@ -184,7 +187,8 @@ fn events(walks: &[Walk], grid: &Grid) -> Vec<Value> {
 }
 
 fn assemble(walks: &[Walk], head: &Value, data: &str) -> String {
-    let title = if let [first, second] = walks { format!("{} and {}", first.name, second.name) } else { title(&walks[0]) };
+    let title =
+        if let [first, second] = walks { format!("{} and {}", first.name, second.name) } else { title(&walks[0]) };
     let mut out = String::with_capacity(data.len() + 900_000);
     let mut put = |part: &str| out.push_str(part);
     put("<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">");
@@ -208,20 +212,36 @@ fn assemble(walks: &[Walk], head: &Value, data: &str) -> String {
         put("<span class=\"key\" style=\"color:var(--c)\"></span>centre of mass ");
         put("<span class=\"key\" style=\"color:var(--d)\"></span>zero-moment point ");
         put("<span class=\"key dashed\" style=\"color:var(--k)\"></span>planned");
-        put(if walks.len() > 1 { "; the second run is dotted.</figcaption></figure>" } else { "</figcaption></figure>" });
+        put(if walks.len() > 1 {
+            "; the second run is dotted.</figcaption></figure>"
+        } else {
+            "</figcaption></figure>"
+        });
     }
     put("</div><figure id=\"replay\"><h2 id=\"h-view\">Replay</h2>");
-    put("<canvas id=\"view\" tabindex=\"0\" role=\"img\" aria-labelledby=\"h-view\" aria-describedby=\"c-view\"></canvas>");
-    put("<div class=\"bar\"><button id=\"play\" type=\"button\" aria-label=\"Play or pause\" aria-pressed=\"false\">▶</button>");
+    put(
+        "<canvas id=\"view\" tabindex=\"0\" role=\"img\" aria-labelledby=\"h-view\" aria-describedby=\"c-view\"></canvas>",
+    );
+    put(
+        "<div class=\"bar\"><button id=\"play\" type=\"button\" aria-label=\"Play or pause\" aria-pressed=\"false\">▶</button>",
+    );
     put("<input id=\"seek\" type=\"range\" min=\"0\" value=\"0\" step=\"1\" aria-label=\"Time\">");
-    put("<output id=\"clock\">0.00 s</output><label>speed <select id=\"rate\"><option>0.1</option><option>0.25</option>");
+    put(
+        "<output id=\"clock\">0.00 s</output><label>speed <select id=\"rate\"><option>0.1</option><option>0.25</option>",
+    );
     put("<option>0.5</option><option selected>1</option><option>2</option></select></label></div>");
     put("<figcaption id=\"c-view\">");
     put(replay::caption(&walks[0]));
-    put(" Drag to turn, wheel to zoom. Space plays, arrow keys step by a frame; a click on a figure moves the replay there.</figcaption>");
+    put(
+        " Drag to turn, wheel to zoom. Space plays, arrow keys step by a frame; a click on a figure moves the replay there.</figcaption>",
+    );
     put("<div class=\"events\" id=\"events\"></div></figure></div>\n<div class=\"plots\" id=\"plots\"></div>");
-    put("<noscript><p class=\"note\">Figures and replay need JavaScript. Summary and ground track do not.</p></noscript></main>\n");
-    put("<footer><p>Shaded in the figures: left or right foot in the air. Drag across a figure to zoom all of them, double-click to see ");
+    put(
+        "<noscript><p class=\"note\">Figures and replay need JavaScript. Summary and ground track do not.</p></noscript></main>\n",
+    );
+    put(
+        "<footer><p>Shaded in the figures: left or right foot in the air. Drag across a figure to zoom all of them, double-click to see ",
+    );
     put("everything again.</p><details><summary>Made by Soleus with uPlot and three.js (MIT)</summary><pre>");
     put(&html(include_str!("../../assets/LICENSES")));
     put("</pre></details></footer>\n<script id=\"head\" type=\"application/json\">");
@@ -274,7 +294,10 @@ fn header(walk: &Walk, with_name: bool) -> String {
     if !changes.is_empty() {
         let open = if changes.len() <= 6 { " open" } else { "" };
         let settings = if changes.len() == 1 { "setting differs" } else { "settings differ" };
-        out += &format!("<details class=\"changes\"{open}><summary>{} {settings} from the shipped</summary><ul>", changes.len());
+        out += &format!(
+            "<details class=\"changes\"{open}><summary>{} {settings} from the shipped</summary><ul>",
+            changes.len()
+        );
         for change in &changes {
             let shipped = change.shipped.as_ref().map(|shipped| format!(" <s>{}</s>", html(shipped)));
             let shipped = shipped.unwrap_or_default();
@@ -286,8 +309,7 @@ fn header(walk: &Walk, with_name: bool) -> String {
 }
 
 fn summary(walks: &[Walk]) -> String {
-    let tables: Vec<Vec<(String, String)>> =
-        walks.iter().map(|walk| rows(&walk.figures, &walk.body.joints)).collect();
+    let tables: Vec<Vec<(String, String)>> = walks.iter().map(|walk| rows(&walk.figures, &walk.body.joints)).collect();
     let mut names: Vec<&String> = Vec::new();
     for (name, _) in tables.iter().flatten() {
         if !names.contains(&name) {
@@ -340,7 +362,11 @@ mod tests {
         let (mut names, mut packs) = (Vec::new(), Vec::new());
         for plot in head["plots"].as_array().expect("a list") {
             for curve in plot["curves"].as_array().expect("a list") {
-                names.push(format!("{} {}", plot["id"].as_str().expect("a name"), curve["label"].as_str().expect("a name")));
+                names.push(format!(
+                    "{} {}",
+                    plot["id"].as_str().expect("a name"),
+                    curve["label"].as_str().expect("a name")
+                ));
                 packs.push(packed(&curve["data"]));
                 if !curve["joint"].is_null() {
                     names.push("joint".to_string());
@@ -364,7 +390,10 @@ mod tests {
         for truth in &truths {
             let index = truth.header.tick as usize;
             assert!((column("zmp-x real")[index] - 1e3 * truth.zmp_m[0]).abs() <= half_a_step, "{index}");
-            assert!((column("sink left real")[index] + 1e3 * truth.sole_position_m[0][2]).abs() <= half_a_step, "{index}");
+            assert!(
+                (column("sink left real")[index] + 1e3 * truth.sole_position_m[0][2]).abs() <= half_a_step,
+                "{index}"
+            );
         }
         // The plan two ticks later: the recording's truth is 1 mm ahead of it everywhere.
         let com = column("com x");

@@ -85,7 +85,10 @@ pub(super) mod tests {
         let letters: Vec<u8> = text.bytes().filter(|letter| *letter != b'=').collect();
         let mut bytes = Vec::new();
         for chunk in letters.chunks(4) {
-            let word = chunk.iter().enumerate().fold(0u32, |word, (i, letter)| word | u32::from(value(*letter)) << (18 - 6 * i));
+            let word = chunk
+                .iter()
+                .enumerate()
+                .fold(0u32, |word, (i, letter)| word | u32::from(value(*letter)) << (18 - 6 * i));
             bytes.extend((0..chunk.len() - 1).map(|i| (word >> (16 - 8 * i)) as u8));
         }
         let mut raw = Vec::new();

@@ -35,14 +35,34 @@ pub(super) struct Curve {
 }
 
 fn curve(label: &str, color: char, column: &Column) -> Curve {
-    Curve { label: label.to_string(), color, dashed: false, width: 1.5, step: 0.01, values: column.0.clone(), joints: None }
+    Curve {
+        label: label.to_string(),
+        color,
+        dashed: false,
+        width: 1.5,
+        step: 0.01,
+        values: column.0.clone(),
+        joints: None,
+    }
 }
 
 /// Those that a walk can fill.
 pub(super) fn plots(walk: &Walk) -> Vec<Plot> {
     let mut plots = vec![com(walk), zmp(walk, "y"), zmp(walk, "x"), force(walk)];
-    plots.push(sole(walk, "roll", "Sole roll", "roll (mrad)", "Tilt of the sole about its own length while it carries load."));
-    plots.push(sole(walk, "pitch", "Sole pitch", "pitch (mrad)", "Tilt of the sole about its own width while it carries load."));
+    plots.push(sole(
+        walk,
+        "roll",
+        "Sole roll",
+        "roll (mrad)",
+        "Tilt of the sole about its own length while it carries load.",
+    ));
+    plots.push(sole(
+        walk,
+        "pitch",
+        "Sole pitch",
+        "pitch (mrad)",
+        "Tilt of the sole about its own width while it carries load.",
+    ));
     plots.push(sole(
         walk,
         "sink",
@@ -59,7 +79,9 @@ pub(super) fn plots(walk: &Walk) -> Vec<Plot> {
 fn com(walk: &Walk) -> Plot {
     let mut curves = Vec::new();
     for (axis, color) in ["x", "y", "z"].into_iter().zip(['a', 'b', 'c']) {
-        if let (Some(real), Some(plan)) = (walk.column(&format!("com_{axis}")), walk.column(&format!("com_plan_{axis}"))) {
+        if let (Some(real), Some(plan)) =
+            (walk.column(&format!("com_{axis}")), walk.column(&format!("com_plan_{axis}")))
+        {
             let values = (0..real.0.len()).map(|i| real.at(i) - plan.at(i)).collect();
             curves.push(Curve { values, ..curve(axis, color, real) });
         }
@@ -101,7 +123,9 @@ fn zmp(walk: &Walk, axis: &'static str) -> Plot {
         id: if sideways { "zmp-y" } else { "zmp-x" },
         title: if sideways { "Zero-moment point sideways" } else { "Zero-moment point forwards" },
         axis: if sideways { "ZMP y (mm)" } else { "ZMP x (mm)" },
-        caption: format!("World {axis}. Each foot's is where its own force acts. Grey: from edge to edge of the soles that carry."),
+        caption: format!(
+            "World {axis}. Each foot's is where its own force acts. Grey: from edge to edge of the soles that carry."
+        ),
         unit: "mm",
         digits: 1,
         band,
@@ -207,9 +231,11 @@ fn ticks(walk: &Walk) -> Plot {
 
 fn iterations(walk: &Walk) -> Plot {
     let mut curves = Vec::new();
-    for (label, process, color) in
-        [("estimator (Newton)", "estimator", 'a'), ("controller (QP)", "controller", 'b'), ("simulator (Newton)", "simulator", 'c')]
-    {
+    for (label, process, color) in [
+        ("estimator (Newton)", "estimator", 'a'),
+        ("controller (QP)", "controller", 'b'),
+        ("simulator (Newton)", "simulator", 'c'),
+    ] {
         if let Some(column) = walk.column(&format!("iterations_{process}")) {
             curves.push(Curve { width: 1.0, step: 1.0, ..curve(label, color, column) });
         }
@@ -245,7 +271,9 @@ fn residual(walk: &Walk) -> Plot {
 
 fn base_distance(walk: &Walk) -> Plot {
     let mut curves = Vec::new();
-    for (label, name, color) in [("position (mm)", "base_distance_m", 'a'), ("orientation (mrad)", "base_distance_rad", 'b')] {
+    for (label, name, color) in
+        [("position (mm)", "base_distance_m", 'a'), ("orientation (mrad)", "base_distance_rad", 'b')]
+    {
         if let Some(column) = walk.column(name) {
             curves.push(curve(label, color, column));
         }
@@ -262,7 +290,8 @@ fn base_distance(walk: &Walk) -> Plot {
 }
 
 fn refused(walk: &Walk) -> Plot {
-    let is_any = walk.columns.get("measurements_refused").is_some_and(|column| column.0.iter().any(|count| *count > 0.0));
+    let is_any =
+        walk.columns.get("measurements_refused").is_some_and(|column| column.0.iter().any(|count| *count > 0.0));
     let column = walk.column("measurements_refused").filter(|_| is_any);
     let curves = column.map(|column| Curve { step: 1.0, ..curve("refused so far", 'b', column) });
     Plot {

@@ -37,7 +37,8 @@ pub(super) fn track(walk: &Walk, other: Option<&Walk>) -> Option<String> {
     for (index, soles) in soles.iter().enumerate() {
         for sole in soles {
             let corners = sole.corners.map(|[x, y]| format!("{x:.4},{:.4}", -y)).join(" ");
-            let _ = write!(svg, "<polygon class=\"{} run{index}\" points=\"{corners}\"/>", ["left", "right"][sole.foot]);
+            let _ =
+                write!(svg, "<polygon class=\"{} run{index}\" points=\"{corners}\"/>", ["left", "right"][sole.foot]);
         }
     }
     for (index, paths) in paths.iter().enumerate() {
@@ -49,7 +50,13 @@ pub(super) fn track(walk: &Walk, other: Option<&Walk>) -> Option<String> {
             let _ = write!(svg, "<path class=\"{class} run{index}\" d=\"{path}\"/>");
         }
     }
-    let step = if width > 4.0 { 1.0 } else if width > 1.6 { 0.5 } else { 0.1 };
+    let step = if width > 4.0 {
+        1.0
+    } else if width > 1.6 {
+        0.5
+    } else {
+        0.1
+    };
     let decimals = if step < 0.2 || step == 0.5 { 1 } else { 0 };
     let mut tick = (x0 / step).ceil();
     while tick * step <= x1 {
@@ -84,7 +91,9 @@ fn stances(walk: &Walk) -> Vec<Sole> {
                     since = None;
                     let middle = (start + index) / 2;
                     let pose: Vec<f64> = (0..7)
-                        .map(|i| walk.columns.get(&format!("sole_{side}{i}")).map_or(f64::NAN, |column| column.at(middle)))
+                        .map(|i| {
+                            walk.columns.get(&format!("sole_{side}{i}")).map_or(f64::NAN, |column| column.at(middle))
+                        })
                         .collect();
                     // Shorter than 30 ms is a foot that bounces.
                     if index - start > 6 && pose.iter().all(|value| value.is_finite()) {

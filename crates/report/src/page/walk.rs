@@ -5,7 +5,9 @@ use super::geometry::{foot_zmp_m, quaternion, tilt_mrad};
 use crate::{Gather, ReportSettings, Said, WalkFigures};
 use messages::code::{Mode, Process};
 use messages::timing::REACHED_TICKS;
-use messages::{CONTROL_PERIOD_S, Health, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleDeformation, Truth};
+use messages::{
+    CONTROL_PERIOD_S, Health, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleDeformation, Truth,
+};
 use recording::{ReadError, Recording};
 use std::collections::BTreeMap;
 
@@ -268,7 +270,11 @@ impl<'a> Taking<'a> {
         if (push_n > 0.0) != self.pushed {
             self.pushed = push_n > 0.0;
             let [x, y, z] = truth.push_force_n;
-            let text = if self.pushed { format!("push of {push_n:.0} N ({x:.0}, {y:.0}, {z:.0})") } else { "push ends".to_string() };
+            let text = if self.pushed {
+                format!("push of {push_n:.0} N ({x:.0}, {y:.0}, {z:.0})")
+            } else {
+                "push ends".to_string()
+            };
             self.event(tick, "push", text);
         }
         if self.pushed {

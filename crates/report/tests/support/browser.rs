@@ -33,7 +33,9 @@ pub fn program() -> Option<String> {
         version.is_ok_and(|status| status.success())
     });
     if found.is_none() {
-        eprintln!("SKIPPED: no chromium (apt-get install chromium, or name it in SOLEUS_CHROMIUM): the page was not tried");
+        eprintln!(
+            "SKIPPED: no chromium (apt-get install chromium, or name it in SOLEUS_CHROMIUM): the page was not tried"
+        );
     }
     found
 }
@@ -122,7 +124,8 @@ impl Browser {
         let parameters = &event["params"];
         match event["method"].as_str() {
             Some("Network.requestWillBeSent") => {
-                self.requests.push(parameters["request"]["url"].as_str().unwrap_or_default().chars().take(80).collect());
+                self.requests
+                    .push(parameters["request"]["url"].as_str().unwrap_or_default().chars().take(80).collect());
             }
             Some("Runtime.exceptionThrown") => self.complaints.push(parameters["exceptionDetails"].to_string()),
             Some("Runtime.consoleAPICalled") if parameters["type"] == json!("error") => {

@@ -95,7 +95,9 @@ impl Equilibrium {
             let regular = self.assemble(References::Follow) == Reduction::Done && residual.is_finite();
             self.work.iterations += 1;
             let right = -self.scaled_right_hand();
-            let Some(correction) = self.bordered(&target, &normal, &right, 0.0).filter(|_| regular) else { return None };
+            let Some(correction) = self.bordered(&target, &normal, &right, 0.0).filter(|_| regular) else {
+                return None;
+            };
             // What is farther away than the step is long belongs to another part of the curve.
             if correction.norm() > 4.0 * step.norm() {
                 return None;

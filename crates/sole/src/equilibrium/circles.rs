@@ -25,9 +25,9 @@ impl Circles {
     /// Adds states that have just changed; says whether they keep coming round.
     pub(super) fn come_round(&mut self, states: &[NodeState]) -> bool {
         // FNV-1a: two sets of states with one hash would end one attempt early, once in 10^17.
-        let hash = states.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, state| {
-            (hash ^ *state as u64).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+        let hash = states
+            .iter()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, state| (hash ^ *state as u64).wrapping_mul(0x0000_0100_0000_01b3));
         if self.seen[..self.count.min(SETS)].contains(&hash) {
             self.returns += 1;
         }

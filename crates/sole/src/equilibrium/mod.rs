@@ -208,7 +208,16 @@ impl Equilibrium {
         let bonded = vertical(&stiffness);
         let full_y = (0..FIRST_COLUMNS).flat_map(|j| stiffness.y(j).to_vec()).collect();
         Self {
-            sole: Sole { euler, full_y, floor_n: floor_m / smallest, floor_m, rho: rho.collect(), bonded, raised, model },
+            sole: Sole {
+                euler,
+                full_y,
+                floor_n: floor_m / smallest,
+                floor_m,
+                rho: rho.collect(),
+                bonded,
+                raised,
+                model,
+            },
             stance: Stance::new(n),
             stiffness,
             scratch: Scratch::new(n),

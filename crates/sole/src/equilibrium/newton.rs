@@ -95,9 +95,8 @@ impl Equilibrium {
         let [_, rate, second] = target.wrench(&o);
         let x = scaled_solve(&self.scratch.tangent, &rate)?;
         let (linear, w) = parts(&x);
-        let slip_rate = |js: &Columns, i: usize| {
-            -Vector2::from_fn(|t, _| (0..6).map(|l| js[[2 * i + t, l]] * x[l]).sum::<f64>())
-        };
+        let slip_rate =
+            |js: &Columns, i: usize| -Vector2::from_fn(|t, _| (0..6).map(|l| js[[2 * i + t, l]] * x[l]).sum::<f64>());
         // f' and f'' along the path with constant rates.
         let (count, q) = self.families();
         let f1 = &mut self.scratch.f_rate[..m];
@@ -196,7 +195,8 @@ impl Equilibrium {
             positions[point] = position;
             forces[point] = force;
             let delta = position - self.reference(point, &families);
-            worst = worst.max(natural_map(self.sole.model.friction()[point], self.sole.rho[point], &force, &delta).norm());
+            worst =
+                worst.max(natural_map(self.sole.model.friction()[point], self.sole.rho[point], &force, &delta).norm());
         }
         worst
     }

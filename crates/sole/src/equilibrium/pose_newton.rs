@@ -42,7 +42,9 @@ impl Equilibrium {
                 return End::Stopped;
             }
             self.work.iterations += 1;
-            let Some(step) = scaled_solve(&self.scratch.tangent, &-self.scratch.right_hand) else { return End::Stopped };
+            let Some(step) = scaled_solve(&self.scratch.tangent, &-self.scratch.right_hand) else {
+                return End::Stopped;
+            };
             let (linear, angular) = parts(&step);
             let mut scale = 1.0_f64.min(STEP_MAX_M / linear.norm()).min(STEP_MAX_RAD / angular.norm());
             if !scale.is_finite() {

@@ -72,8 +72,9 @@ impl Equilibrium {
     pub(super) fn free_position(&self, point: usize) -> Vec3 {
         let c = self.sole.model.compliance().as_slice();
         let ld = self.stiffness.ld();
-        let u =
-            Vec3::from_fn(|axis, _| dot(&c[(3 * point + axis) * ld..(3 * point + axis + 1) * ld], &self.scratch.force_full));
+        let u = Vec3::from_fn(|axis, _| {
+            dot(&c[(3 * point + axis) * ld..(3 * point + axis + 1) * ld], &self.scratch.force_full)
+        });
         self.stance.pose.point(&(self.sole.model.contact_points()[point] + u))
     }
 
@@ -101,7 +102,9 @@ impl Equilibrium {
         }
         let far = if self.screening { SCREEN * self.largest_displacement() } else { f64::INFINITY };
         for point in 0..self.stance.states.len() {
-            if self.stance.states[point] == NodeState::Free && self.stance.pose.point(&self.sole.model.contact_points()[point]).z < far {
+            if self.stance.states[point] == NodeState::Free
+                && self.stance.pose.point(&self.sole.model.contact_points()[point]).z < far
+            {
                 let gap = self.gap(point);
                 if gap < -self.sole.floor_m {
                     self.scratch.changes.push(Change { point, to: NodeState::Stick });

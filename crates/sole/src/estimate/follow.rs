@@ -49,7 +49,11 @@ impl StanceEstimator {
             self.equilibrium.restore();
             self.lead(&from, &corner).or_else(|| self.lead(&corner, target))?;
         }
-        Some(if self.is_spent() && matches!(stopped, Status::NotFound { .. }) { Status::NotFound { cause: Cause::Work } } else { stopped })
+        Some(if self.is_spent() && matches!(stopped, Status::NotFound { .. }) {
+            Status::NotFound { cause: Cause::Work }
+        } else {
+            stopped
+        })
     }
 
     /// Multiplications of a tick after which no further iteration of the slow ways is begun. With 104 contacts four thousand million: about

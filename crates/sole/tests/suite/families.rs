@@ -104,9 +104,13 @@ impl Family {
             let anywhere = matches!(self.kind, Kind::Random | Kind::LightFirst);
             let far = if anywhere { 1.0 } else { 0.3 };
             let limit = Vector2::new(0.08, 0.045);
-            zmp = Vector2::from_fn(|i, _| (if anywhere { 0.0 } else { zmp[i] } + far * limit[i] * random.signed()).clamp(-limit[i], limit[i]));
+            zmp = Vector2::from_fn(|i, _| {
+                (if anywhere { 0.0 } else { zmp[i] } + far * limit[i] * random.signed()).clamp(-limit[i], limit[i])
+            });
             let hold = 0.6 * f64::min(self.friction, 1.0);
-            share = Vector2::from_fn(|i, _| (if anywhere { 0.0 } else { share[i] } + 0.3 * hold * random.signed()).clamp(-hold, hold));
+            share = Vector2::from_fn(|i, _| {
+                (if anywhere { 0.0 } else { share[i] } + 0.3 * hold * random.signed()).clamp(-hold, hold)
+            });
             let normal_n = match self.kind {
                 Kind::Drops if k % 2 == 0 => {
                     heavy_n = random.between(100.0, 500.0);

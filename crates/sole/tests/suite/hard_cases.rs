@@ -259,7 +259,11 @@ fn foam_pressed_beyond_its_thickness_folds_with_the_reason_and_recovers_when_the
                 }
             }
         }
-        assert!(solved > 60 && folds.len() > 60 && shown > 0, "{solved} solved, {shown} of {} folds shown", folds.len());
+        assert!(
+            solved > 60 && folds.len() > 60 && shown > 0,
+            "{solved} solved, {shown} of {} folds shown",
+            folds.len()
+        );
         // Twice, and each time from the history of the last load carried: when the ZMP comes back from the heel, and, at the toe, when
         // an eighth of the load is left.
         let returns: Vec<usize> =

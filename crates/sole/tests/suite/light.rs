@@ -32,7 +32,12 @@ fn side_faces_in_the_air_change_nothing_at_any_load() {
             let load = vertical(load_n, x_m, y_m);
             let [a, b] = [&bottom, &all].map(|model| first_tick(model, &load));
             assert!(a.status.is_solved() && b.status.is_solved(), "{load_n} N: {:?} {:?}", a.status, b.status);
-            assert!(b.slow == a.slow && b.iterations <= a.iterations + 3, "{load_n} N: {} {}", a.iterations, b.iterations);
+            assert!(
+                b.slow == a.slow && b.iterations <= a.iterations + 3,
+                "{load_n} N: {} {}",
+                a.iterations,
+                b.iterations
+            );
             let apart = (a.sole_pose.translation - b.sole_pose.translation).norm();
             assert!(apart < 1e-9 * (1.0 + load_n), "{load_n} N at {x_m}, {y_m}: {apart} m");
         }

@@ -4,8 +4,8 @@ use crate::edge::honest;
 use crate::walking_stance::{self, TICKS};
 use nalgebra::Vector2;
 use sole::{
-    Cause, ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings, NodeState,
-    SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
+    Cause, ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings,
+    NodeState, SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
 };
 use spatial::{Mat3, Vec3, so3};
 use std::sync::Arc;

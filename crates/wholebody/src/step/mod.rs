@@ -161,6 +161,12 @@ impl WholeBody {
         &self.settings
     }
 
+    /// Limits of the joints, in the model's order.
+    #[must_use]
+    pub fn joint_limits(&self) -> &[JointLimits] {
+        &self.limits
+    }
+
     /// The last step's result.
     #[must_use]
     pub fn report(&self) -> &StepReport {

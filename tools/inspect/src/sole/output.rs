@@ -2,7 +2,9 @@
 
 use crate::door;
 use serde::Serialize;
-use sole::{Cause, ContactReport, ContactStatus, ElementQuality, MeshQuality, NodeState, SoleModel, StanceReport, Status};
+use sole::{
+    Cause, ContactReport, ContactStatus, ElementQuality, MeshQuality, NodeState, SoleModel, StanceReport, Status,
+};
 use spatial::{Mat6, Transform, Vec3, Wrench, so3};
 
 #[derive(Serialize)]
@@ -224,7 +226,9 @@ fn stance_in_words(status: &Status) -> String {
             z.x,
             z.y
         ),
-        Status::NotFound { cause } => format!("no pose was found, which does not say that there is none: {}", cause_in_words(*cause)),
+        Status::NotFound { cause } => {
+            format!("no pose was found, which does not say that there is none: {}", cause_in_words(*cause))
+        }
         Status::InvalidInput => "a number is not finite, or larger than any that a foot meets".to_owned(),
     }
 }

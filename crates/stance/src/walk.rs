@@ -1,13 +1,14 @@
-//! Both feet at a tick, from pattern and tick alone.
+//! Both feet at a tick, from pattern, plan changes and tick alone.
 
-use pattern::WalkPattern;
+use pattern::{PlanChange, WalkPattern};
 use sole::StanceEstimator;
 
+use crate::StanceSettings;
 use crate::foot::{Foot, FootEstimate};
 
-/// The estimator for one pattern: [`Estimator::at_tick`] answers any tick, and is quick for the one after the last asked.
+/// A walk on its soles: [`WalkOnSoles::at_tick`] answers any tick, and is quick for the one after the last asked.
 #[derive(Debug)]
-pub struct Estimator {
+pub struct WalkOnSoles {
     pattern: WalkPattern,
     period_s: f64,
     last_tick: i64,
@@ -15,20 +16,19 @@ pub struct Estimator {
     tick: Option<i64>,
 }
 
-impl Estimator {
-    /// Estimator of a walk on the given soles (left, right; `None` for rigid ones); a foot counts as loaded from
-    /// `touch_down_force_n` (N) on.
+impl WalkOnSoles {
+    /// A walk on the given soles (left, right; `None` for rigid ones), one tick each period.
     #[must_use]
     pub fn new(
         pattern: WalkPattern,
         soles: [Option<StanceEstimator>; 2],
-        touch_down_force_n: f64,
+        settings: &StanceSettings,
         period_s: f64,
     ) -> Self {
         let last_tick = (pattern.duration_s() / period_s).ceil() as i64;
         let [left, right] = soles;
-        let feet =
-            [Foot::new(0, left, &pattern, touch_down_force_n), Foot::new(1, right, &pattern, touch_down_force_n)];
+        let foot = |index, sole| Foot::new(index, sole, &pattern, settings, period_s);
+        let feet = [foot(0, left), foot(1, right)];
         Self { pattern, period_s, last_tick, feet, tick: None }
     }
 
@@ -44,11 +44,25 @@ impl Estimator {
         [self.feet[0].stance(), self.feet[1].stance()]
     }
 
-    /// Both feet at `walk_tick` (0 is time zero; ticks outside the walk hold its ends).
+    /// Number of the walk's last tick.
+    #[must_use]
+    pub fn last_tick(&self) -> i64 {
+        self.last_tick
+    }
+
+    /// Walk time of a tick (s).
+    #[must_use]
+    pub fn time_s(&self, walk_tick: i64) -> f64 {
+        walk_tick as f64 * self.period_s
+    }
+
+    /// Both feet at `walk_tick` (0 is time zero; ticks outside the walk hold its ends), with all changes of the plan so far.
     ///
     /// Ticks that were left out are caught up with, so that a late one costs no more than what was missed. Any other is computed anew from
     /// the touch-down of the present stance: at most the ticks of one stance and one swing. The answer is the same, to the bit.
-    pub fn at_tick(&mut self, walk_tick: i64) -> [FootEstimate; 2] {
+    pub fn at_tick(&mut self, walk_tick: i64, changes: &[PlanChange]) -> [FootEstimate; 2] {
+        // There is no kind of change yet, so that no list holds one.
+        debug_assert!(changes.is_empty());
         let tick = walk_tick.clamp(0, self.last_tick);
         if self.tick != Some(tick) {
             for foot in &mut self.feet {

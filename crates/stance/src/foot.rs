@@ -1,7 +1,11 @@
 //! One foot through its life: planted under load, in the air, planted again.
 
-use pattern::{AnkleState, FootReference, SwingTrajectory, WalkPattern};
-use sole::{StanceEstimator, StanceReference, Status};
+use crate::StanceSettings;
+use crate::load::stance_reference;
+use crate::viscosity::Viscosity;
+use nalgebra::Vector2;
+use pattern::{AnkleState, FootReference, Planar, Reference, SwingTrajectory, WalkPattern};
+use sole::{StanceEstimator, Status};
 use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
 
 /// How an estimate was found.
@@ -24,6 +28,8 @@ pub struct FootEstimate {
     pub outcome: Outcome,
     /// Ticks since the pose was last solved for; 0 if fresh.
     pub age_ticks: u32,
+    /// Where its ZMP is told to be (m): the plan's, and the foot's part of what the body adds. In the air the plan's.
+    pub zmp: Vector2<f64>,
     /// `X_WA`, twist and acceleration of the ankle, world axes.
     pub ankle: AnkleState,
     /// `X_WS`: the sole frame.
@@ -38,6 +44,8 @@ pub struct FootEstimate {
     pub iterations: u32,
     /// Residual of equilibrium, relative to the load.
     pub residual: f64,
+    /// Mean compression of the points in contact, a part of the sole's thickness; 0 in the air and on a rigid sole.
+    pub compression: f64,
     /// Number of nodes that stick.
     pub nodes_sticking: u32,
     /// Number of nodes that slip.
@@ -45,13 +53,14 @@ pub struct FootEstimate {
 }
 
 impl FootEstimate {
-    fn geometric(loaded: bool, ankle: AnkleState, ankle_in_sole: &Vec3) -> Self {
+    fn geometric(loaded: bool, zmp: Vector2<f64>, ankle: AnkleState, ankle_in_sole: &Vec3) -> Self {
         let X_AS = Transform::from_translation(-ankle_in_sole);
         let sole = ankle.pose * X_AS;
         Self {
             loaded,
             outcome: Outcome::Geometric,
             age_ticks: 0,
+            zmp,
             ankle,
             sole,
             sole_twist: ankle.twist.at(&(sole.translation - ankle.pose.translation)),
@@ -59,6 +68,7 @@ impl FootEstimate {
             compliance: Mat6::zeros(),
             iterations: 0,
             residual: 0.0,
+            compression: 0.0,
             nodes_sticking: 0,
             nodes_slipping: 0,
         }
@@ -71,7 +81,8 @@ pub(crate) struct Foot {
     index: usize,
     sole: Option<StanceEstimator>,
     ankle_in_sole: Vec3,
-    touch_down_force_n: f64,
+    settings: StanceSettings,
+    viscosity: Viscosity,
     swing: Option<SwingTrajectory>,
     estimate: FootEstimate,
 }
@@ -81,13 +92,16 @@ impl Foot {
         index: usize,
         sole: Option<StanceEstimator>,
         pattern: &WalkPattern,
-        touch_down_force_n: f64,
+        settings: &StanceSettings,
+        period_s: f64,
     ) -> Self {
         let [x, y] = pattern.ankle_in_sole_m[index];
         let ankle_in_sole = Vec3::new(x, y, pattern.ankle_height_m);
-        let start = AnkleState::at_rest(pattern.ankle_pose(&pattern.evaluate(0.0).feet[index].ankle_foothold));
-        let estimate = FootEstimate::geometric(false, start, &ankle_in_sole);
-        Self { index, sole, ankle_in_sole, touch_down_force_n, swing: None, estimate }
+        let first = pattern.evaluate(0.0).feet[index];
+        let start = AnkleState::at_rest(pattern.ankle_pose(&first.ankle_foothold));
+        let estimate = FootEstimate::geometric(false, first.zmp.position, start, &ankle_in_sole);
+        let viscosity = Viscosity::new(settings.viscosity_time_s, period_s);
+        Self { index, sole, ankle_in_sole, settings: *settings, viscosity, swing: None, estimate }
     }
 
     pub(crate) fn estimate(&self) -> FootEstimate {
@@ -121,7 +135,8 @@ impl Foot {
 
     /// The touch-down of the present stance, or of the one before if the foot is in the air.
     fn first_tick_needed(&self, pattern: &WalkPattern, tick: i64, period_s: f64) -> i64 {
-        let loaded = |tick: i64| self.reference(pattern, tick as f64 * period_s).force.z > self.touch_down_force_n;
+        let loaded =
+            |tick: i64| self.reference(pattern, tick as f64 * period_s).force.z > self.settings.touch_down_force_n;
         let last_loaded = (0..=tick).rev().find(|tick| loaded(*tick)).unwrap_or(0);
         (1..=last_loaded).rev().find(|tick| !loaded(tick - 1)).unwrap_or(0)
     }
@@ -136,32 +151,30 @@ impl Foot {
 
     /// One tick on.
     pub(crate) fn advance(&mut self, pattern: &WalkPattern, t_s: f64) {
-        let reference = self.reference(pattern, t_s);
-        if reference.force.z > self.touch_down_force_n {
-            self.carry(pattern, &reference);
+        let whole = pattern.evaluate(t_s);
+        let reference = &whole.feet[self.index];
+        if reference.force.z > self.settings.touch_down_force_n {
+            self.carry(pattern, &whole, reference);
         } else {
-            self.fly(pattern, &reference, t_s);
+            self.fly(pattern, reference, t_s);
         }
     }
 
-    fn carry(&mut self, pattern: &WalkPattern, reference: &FootReference) {
+    fn carry(&mut self, pattern: &WalkPattern, whole: &Reference, reference: &FootReference) {
         let flat = AnkleState::at_rest(pattern.ankle_pose(&reference.ankle_foothold));
+        let zmp = self.settings.body_zmp.zmp(whole, reference);
         let Some(sole) = &mut self.sole else {
-            self.estimate = FootEstimate::geometric(true, flat, &self.ankle_in_sole);
-            self.estimate.wrench = wrench_about(reference, &self.estimate.sole.translation);
+            self.estimate = FootEstimate::geometric(true, zmp.position, flat, &self.ankle_in_sole);
+            self.estimate.wrench = wrench_about(reference, &zmp, &self.estimate.sole.translation);
             return;
         };
         if !self.estimate.loaded {
             let at = reference.sole_foothold;
             sole.touch_down(sole::Foothold { x_m: at.x_m, y_m: at.y_m, yaw_rad: at.yaw_rad });
-            self.estimate = FootEstimate::geometric(true, flat, &self.ankle_in_sole);
+            self.viscosity.begin();
+            self.estimate = FootEstimate::geometric(true, zmp.position, flat, &self.ankle_in_sole);
         }
-        let report = sole.step(&StanceReference {
-            force: reference.force,
-            force_rate: reference.force_rate,
-            force_acceleration: reference.force_acceleration,
-            zmp: [reference.zmp.position, reference.zmp.velocity, reference.zmp.acceleration],
-        });
+        let report = sole.step(&stance_reference(reference, &zmp));
         if !report.status.is_solved() {
             let age_ticks = self.estimate.age_ticks.saturating_add(1);
             let ankle = AnkleState::at_rest(self.estimate.ankle.pose);
@@ -170,23 +183,20 @@ impl Foot {
             self.estimate = FootEstimate { outcome, age_ticks, ankle, sole_twist, residual, ..self.estimate };
             return;
         }
+        let elastic =
+            AnkleState { pose: report.ankle_pose, twist: report.ankle_twist, acceleration: report.ankle_acceleration };
+        let ankle = self.viscosity.follow(&elastic, &flat.pose);
+        let late = FootEstimate::geometric(true, zmp.position, ankle, &self.ankle_in_sole);
         self.estimate = FootEstimate {
-            loaded: true,
             outcome: Outcome::Solved,
-            age_ticks: 0,
-            ankle: AnkleState {
-                pose: report.ankle_pose,
-                twist: report.ankle_twist,
-                acceleration: report.ankle_acceleration,
-            },
-            sole: report.sole_pose,
-            sole_twist: report.twist,
-            wrench: report.wrench,
-            compliance: report.compliance,
             iterations: report.iterations as u32,
             residual: report.residual,
+            compression: report.compression,
+            compliance: report.compliance,
             nodes_sticking: report.sticking as u32,
             nodes_slipping: report.sliding as u32,
+            wrench: report.wrench.about(&(late.sole.translation - report.sole_pose.translation)),
+            ..late
         };
     }
 
@@ -205,13 +215,13 @@ impl Foot {
         // Without a trajectory yet: the last instants of a stance, load below the threshold; the pose rests.
         let at_rest = AnkleState::at_rest(self.estimate.ankle.pose);
         let ankle = self.swing.as_ref().map_or(at_rest, |swing| swing.evaluate(t_s));
-        self.estimate = FootEstimate::geometric(false, ankle, &self.ankle_in_sole);
+        self.estimate = FootEstimate::geometric(false, reference.zmp.position, ankle, &self.ankle_in_sole);
     }
 }
 
 /// The planned action of the ground about a point: the force at the ZMP without vertical moment.
-fn wrench_about(reference: &FootReference, point: &Vec3) -> Wrench {
-    let zmp = Vec3::new(reference.zmp.position.x, reference.zmp.position.y, 0.0);
+fn wrench_about(reference: &FootReference, zmp: &Planar, point: &Vec3) -> Wrench {
+    let zmp = Vec3::new(zmp.position.x, zmp.position.y, 0.0);
     Wrench { force: reference.force, moment: (zmp - point).cross(&reference.force) }
 }
 
@@ -230,7 +240,7 @@ mod tests {
         }
         let file: File = toml::from_str(include_str!("../../../config/planner.toml")).expect("it ships");
         let pattern = gait::plan(&file.gait).expect("it can be planned").pattern;
-        let foot = Foot::new(0, None, &pattern, 0.05);
+        let foot = Foot::new(0, None, &pattern, &StanceSettings::default(), PERIOD_S);
         let carries = |tick: i64| foot.reference(&pattern, tick as f64 * PERIOD_S).force.z > 0.05;
         let ticks = (pattern.duration_s() / PERIOD_S) as i64;
         let touch_downs: Vec<i64> = (1..ticks).filter(|tick| carries(*tick) && !carries(tick - 1)).collect();

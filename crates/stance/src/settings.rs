@@ -1,9 +1,13 @@
-//! The estimator's configuration.
+//! The estimator's configuration: read by the estimator, which walks by it, and by the planner, which certifies with it.
 
 use ranges::{OutOfRange, Range};
+use robot::Robot;
 use serde::Deserialize;
-use soles::SoleChoice;
+use sole::StanceEstimator;
+use soles::{SoleChoice, Store};
 use std::path::PathBuf;
+
+use crate::BodyZmpSettings;
 
 /// `config/estimator.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -18,6 +22,12 @@ pub struct EstimatorSettings {
     /// below. The pose of the sole is continuous across it because the load share grows with the third power of time.
     #[serde(default = "touch_down_force_n")]
     pub touch_down_force_n: f64,
+    /// Kelvin-Voigt time constant (s) of the foam: how late the sole follows its load. 0.005 to 0.05 is plausible, 0 is elastic.
+    #[serde(default = "viscosity_time_s")]
+    pub viscosity_time_s: f64,
+    /// How the feet carry what the body adds to the plan's ZMP.
+    #[serde(default)]
+    pub body_zmp: BodyZmpSettings,
     /// What replaces the robot's `sole.toml`; level `rigid` is the paper's "without estimator".
     #[serde(default)]
     pub sole: SoleChoice,
@@ -27,7 +37,28 @@ pub struct EstimatorSettings {
 }
 
 fn touch_down_force_n() -> f64 {
-    0.05
+    StanceSettings::default().touch_down_force_n
+}
+
+fn viscosity_time_s() -> f64 {
+    StanceSettings::default().viscosity_time_s
+}
+
+/// How a foot's load becomes a pose, besides its sole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StanceSettings {
+    /// [`EstimatorSettings::touch_down_force_n`].
+    pub touch_down_force_n: f64,
+    /// [`EstimatorSettings::viscosity_time_s`].
+    pub viscosity_time_s: f64,
+    /// [`EstimatorSettings::body_zmp`].
+    pub body_zmp: BodyZmpSettings,
+}
+
+impl Default for StanceSettings {
+    fn default() -> Self {
+        Self { touch_down_force_n: 0.05, viscosity_time_s: 0.02, body_zmp: BodyZmpSettings::default() }
+    }
 }
 
 /// Tolerances and limits of one tick.
@@ -73,6 +104,29 @@ pub enum EstimatorError {
 }
 
 impl EstimatorSettings {
+    /// What [`crate::WalkOnSoles`] takes.
+    #[must_use]
+    pub fn stance(&self) -> StanceSettings {
+        let Self { touch_down_force_n, viscosity_time_s, body_zmp, .. } = *self;
+        StanceSettings { touch_down_force_n, viscosity_time_s, body_zmp }
+    }
+
+    /// The robot's soles as the estimator believes them to be, left and right; `None` for rigid ones.
+    ///
+    /// # Errors
+    /// [`EstimatorError`] names field and value.
+    pub fn soles(&self, robot: &Robot, store: &mut Store) -> Result<[Option<StanceEstimator>; 2], EstimatorError> {
+        self.check()?;
+        let solver = sole::EstimatorSettings {
+            tolerance: self.solver.tolerance,
+            iterations_max: self.solver.iterations_max,
+            continuation_iterations_max: self.solver.continuation_iterations_max,
+            ..sole::EstimatorSettings::default()
+        };
+        let models = soles::build(robot, &self.sole, store)?;
+        Ok(models.map_or([None, None], |models| models.map(|model| Some(StanceEstimator::new(model, solver)))))
+    }
+
     /// Checks what the types cannot say.
     ///
     /// # Errors
@@ -85,6 +139,12 @@ impl EstimatorSettings {
         Range::between(1.0, 1000.0).demand("solver.iterations_max", iterations_max as f64, "30 is usual")?;
         let continuation = Range::between(0.0, 1e5);
         continuation.demand("solver.continuation_iterations_max", continuation_iterations_max as f64, "0 is never")?;
+        Range::between(0.0, 1.0).demand("viscosity_time_s", self.viscosity_time_s, "0.02 is usual, 0 is elastic")?;
+        let BodyZmpSettings { from_share, full_share } = self.body_zmp;
+        Range::between(0.0, 0.9).demand("body_zmp.from_share", from_share, "0.157 is usual")?;
+        // Closer together the shift would come within a few periods.
+        let full = Range::between(from_share + 0.05, 1.0);
+        full.demand("body_zmp.full_share", full_share, "0.65 is usual")?;
         let work = self.solver.real_time_megamultiplications_max;
         Range::above_zero_to(1e5).demand("solver.real_time_megamultiplications_max", work, "8 are some 2.5 ms")?;
         self.sole.check()

@@ -1,13 +1,12 @@
-//! The estimator over the walk that ships.
+//! The walk that ships, on its soles.
 
-use estimator::{Estimator, FootEstimate, Outcome};
 use gait::GaitSettings;
 use pattern::WalkPattern;
 use sole::{EstimatorSettings, SoleModel, SoleSettings, StanceEstimator};
 use spatial::so3;
+use stance::{FootEstimate, Outcome, StanceSettings, WalkOnSoles};
 
 const PERIOD_S: f64 = 0.005;
-const TOUCH_DOWN_FORCE_N: f64 = 0.05;
 
 fn walk() -> WalkPattern {
     #[derive(serde::Deserialize)]
@@ -25,8 +24,8 @@ fn soft() -> [Option<StanceEstimator>; 2] {
     [left, right].map(|model| Some(StanceEstimator::new(model, EstimatorSettings::default())))
 }
 
-fn estimator(soles: [Option<StanceEstimator>; 2]) -> Estimator {
-    Estimator::new(walk(), soles, TOUCH_DOWN_FORCE_N, PERIOD_S)
+fn estimator(soles: [Option<StanceEstimator>; 2]) -> WalkOnSoles {
+    WalkOnSoles::new(walk(), soles, &StanceSettings::default(), PERIOD_S)
 }
 
 fn ticks(pattern: &WalkPattern) -> i64 {
@@ -38,7 +37,7 @@ fn every_tick_of_the_walk_carries_its_force_at_its_zmp() {
     let mut estimator = estimator(soft());
     let (mut sink, mut roll, mut pitch) = (0.0_f64, 0.0_f64, 0.0_f64);
     for tick in 0..=ticks(estimator.pattern()) {
-        let feet = estimator.at_tick(tick);
+        let feet = estimator.at_tick(tick, &[]);
         let reference = estimator.pattern().evaluate(tick as f64 * PERIOD_S);
         for (foot, planned) in feet.iter().zip(&reference.feet) {
             assert!(!matches!(foot.outcome, Outcome::Held(_)), "tick {tick}: {:?}", foot.outcome);
@@ -65,16 +64,16 @@ fn every_tick_of_the_walk_carries_its_force_at_its_zmp() {
 #[test]
 fn a_restart_in_mid_walk_agrees_to_the_bit() {
     let mut whole = estimator(soft());
-    let all: Vec<[FootEstimate; 2]> = (0..=ticks(whole.pattern())).map(|tick| whole.at_tick(tick)).collect();
+    let all: Vec<[FootEstimate; 2]> = (0..=ticks(whole.pattern())).map(|tick| whole.at_tick(tick, &[])).collect();
     let mut restarted = estimator(soft());
     // Jumps forward and back, each into another part of the walk.
     for tick in [1500, 3, 900, 901, 902, 250, 2000] {
-        assert_eq!(restarted.at_tick(tick), all[tick as usize], "tick {tick}");
+        assert_eq!(restarted.at_tick(tick, &[]), all[tick as usize], "tick {tick}");
     }
     // Ticks left out: a few within a stance, across touch-downs and lift-offs, and whole steps.
     for left_out in [1, 7, 90, 400] {
         for tick in (0..=ticks(restarted.pattern())).step_by(1 + left_out) {
-            assert_eq!(restarted.at_tick(tick), all[tick as usize], "tick {tick}, {left_out} left out");
+            assert_eq!(restarted.at_tick(tick, &[]), all[tick as usize], "tick {tick}, {left_out} left out");
         }
     }
 }
@@ -83,10 +82,10 @@ fn a_restart_in_mid_walk_agrees_to_the_bit() {
 fn ankles_are_continuous_and_their_velocities_are_the_derivatives() {
     let mut estimator = estimator(soft());
     let last = ticks(estimator.pattern());
-    let mut before = estimator.at_tick(0);
+    let mut before = estimator.at_tick(0, &[]);
     let mut jumps = 0;
     for tick in 1..=last {
-        let now = estimator.at_tick(tick);
+        let now = estimator.at_tick(tick, &[]);
         for (a, b) in before.iter().zip(&now) {
             let moved = b.ankle.pose.translation - a.ankle.pose.translation;
             // Largest ankle speed of this walk is below 0.3 m/s: more would be a jump.
@@ -104,7 +103,7 @@ fn ankles_are_continuous_and_their_velocities_are_the_derivatives() {
 fn a_rigid_sole_leaves_the_ankles_at_their_footholds() {
     let mut estimator = estimator([None, None]);
     for tick in 0..=ticks(estimator.pattern()) {
-        let feet = estimator.at_tick(tick);
+        let feet = estimator.at_tick(tick, &[]);
         let reference = estimator.pattern().evaluate(tick as f64 * PERIOD_S);
         for (foot, planned) in feet.iter().zip(&reference.feet).filter(|(foot, _)| foot.loaded) {
             assert_eq!(foot.ankle.pose, estimator.pattern().ankle_pose(&planned.ankle_foothold));
