@@ -4,8 +4,7 @@
 //! [`ZmpShift`] holds the difference for one phase, as the quintics through values, rates and accelerations at equidistant knots. Adjacent
 //! phases share the knot where they meet, so that the whole is twice continuously differentiable.
 
-use crate::{Planar, Quintic};
-use nalgebra::Vector2;
+use crate::Quintic;
 use serde::{Deserialize, Serialize};
 
 /// Intervals between knots in a phase. Motions scale with the phase's duration, and so does their distance: 50 ms in 0.4 s, well below the
@@ -22,21 +21,13 @@ const VALUE_MAX_M: f64 = 0.5;
 pub struct ZmpShift(pub [[[f64; 3]; SHIFT_KNOTS]; 2]);
 
 impl ZmpShift {
-    /// Value and first two derivatives at local time `t` of a phase of duration `duration_s`.
+    /// Value (m) and first two derivatives of both axes at local time `t` of a phase of duration `duration_s`.
     #[must_use]
-    pub fn evaluate(&self, t: f64, duration_s: f64) -> Planar {
+    pub fn evaluate(&self, t: f64, duration_s: f64) -> [[f64; 3]; 2] {
         let step_s = duration_s / SHIFT_INTERVALS as f64;
         let interval = ((t / step_s) as usize).min(SHIFT_INTERVALS - 1);
         let since_s = t - interval as f64 * step_s;
-        let [x, y] = self
-            .0
-            .each_ref()
-            .map(|axis| Quintic::hermite(step_s, axis[interval], axis[interval + 1]).derivatives::<3>(since_s));
-        Planar {
-            position: Vector2::new(x[0], y[0]),
-            velocity: Vector2::new(x[1], y[1]),
-            acceleration: Vector2::new(x[2], y[2]),
-        }
+        self.0.each_ref().map(|axis| Quintic::hermite(step_s, axis[interval], axis[interval + 1]).derivatives(since_s))
     }
 
     /// Whether every number is one that a body could make: not beyond [`VALUE_MAX_M`], and changing no faster than within a millisecond.

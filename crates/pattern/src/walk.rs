@@ -116,6 +116,7 @@ impl WalkPattern {
         let t = t.clamp(0.0, phase.duration_s);
         let omega = self.omega();
         let [x, y] = phase.zmp.map(|axis| axis.derivatives::<3>(t));
+        let [shift_x, shift_y] = phase.zmp_shift.evaluate(t, phase.duration_s);
         let zmp = planar(x, y);
         let [x, y] = phase.com.map(|axis| axis.derivatives(t, phase.duration_s, omega));
         let com = PlanarMotion {
@@ -137,7 +138,7 @@ impl WalkPattern {
             kind: phase.kind,
             step: phase.step,
             zmp,
-            zmp_shift: phase.zmp_shift.evaluate(t, phase.duration_s),
+            zmp_shift: planar(shift_x, shift_y),
             com,
             com_height_m: self.com_height_m,
             feet,
