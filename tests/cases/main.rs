@@ -2,6 +2,7 @@
 //!
 //! The cases run one after the other: a walk is five busy processes, and several at a time would only wait for each other.
 
+mod faults;
 mod feedback;
 mod mistakes;
 mod programs;
@@ -9,6 +10,7 @@ mod replay;
 mod same_numbers;
 mod soles;
 mod stops;
+mod trust;
 mod walk;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

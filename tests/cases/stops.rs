@@ -50,7 +50,9 @@ fn a_killed_recorder_leaves_a_recording_that_can_be_recovered() {
     let running = long_walk();
     node::kill(running.wait_for_child("soleus-recorder")).expect("it lives");
     let run = running.finish();
-    assert_eq!(run.code(), 4, "{}", run.stderr);
+    assert_eq!(run.code(), 9, "{}", run.stderr);
+    assert!(run.stderr.contains("the recorder was killed by signal 9"), "{}", run.stderr);
+    assert!(run.stdout.contains("recording              broken off\n"), "{}", run.stdout);
     run.assert_nothing_left();
     // The next run there is refused, unless it may replace what is there; what was killed is not lost even then.
     let run = Launch::short_walk().again(run, &[]).finish();
@@ -78,6 +80,9 @@ fn a_full_disk_breaks_a_recording_off_and_that_is_told() {
     let limited = Command::new("prlimit").args(["--pid", &recorder.to_string(), "--fsize=300000"]).status();
     assert!(limited.expect("util-linux").success());
     let run = running.finish();
+    assert_eq!(run.code(), 9, "{}\n{}", run.stdout, run.stderr);
+    assert!(run.stdout.contains("recording              broken off\n"), "{}", run.stdout);
+    assert!(run.stderr.contains("the recording is not whole: broken off"), "{}", run.stderr);
     let log = std::fs::read_to_string(run.folder().join("logs/recorder.log")).expect("it has one");
     assert!(log.contains("the recording broke off") && log.contains("messages are safe"), "{log}");
     assert!(!run.recording().exists(), "it is not called finished");

@@ -78,6 +78,17 @@ impl Launch {
         self
     }
 
+    /// With one more argument.
+    pub fn argument(mut self, argument: &str) -> Self {
+        self.arguments.push(argument.to_string());
+        self
+    }
+
+    /// The run's folder to be.
+    pub fn folder(&self) -> PathBuf {
+        self.folder.path().join("run")
+    }
+
     /// With condensed soles kept in a folder; else none are, whatever the environment of the tests says.
     pub fn cache(mut self, folder: &Path) -> Self {
         self.cache = Some(folder.to_path_buf());
@@ -145,6 +156,11 @@ impl Running {
         found.expect("just found")
     }
 
+    /// The run's folder.
+    pub fn folder(&self) -> PathBuf {
+        self.launch.folder()
+    }
+
     /// The recording while it is being written.
     pub fn partial_recording(&self) -> PathBuf {
         self.launch.folder.path().join("run/walk.mcap.partial")
@@ -175,11 +191,22 @@ impl Running {
     }
 
     /// Waits for its end.
-    pub fn finish(mut self) -> Finished {
-        let (status, [stdout, stderr]) = end(&mut self.child, "the launch");
+    pub fn finish(self) -> Finished {
+        self.finish_within(PATIENCE).expect("it ends")
+    }
+
+    /// Waits for its end for a while; kills it if there is none.
+    pub fn finish_within(mut self, patience: Duration) -> Option<Finished> {
+        let (status, [stdout, stderr]) = match end(&mut self.child, patience) {
+            Ok(ended) => ended,
+            Err(said) => {
+                eprintln!("the launch hangs; it said\n{}\n{}", said[0], said[1]);
+                return None;
+            }
+        };
         // The folder outlives the launch, the child is gone.
         let launch = std::mem::replace(&mut self.launch, Launch::of(""));
-        Finished { status, stdout, stderr, domain: launch.domain, folder: launch.folder }
+        Some(Finished { status, stdout, stderr, domain: launch.domain, folder: launch.folder })
     }
 }
 
@@ -235,12 +262,14 @@ pub fn replay(recording: &Path, process: &str, more: &[&str]) -> (Option<i32>, S
     let mut command = Command::new(binaries().join("soleus-replayer"));
     command.arg(recording).args(["--process", process]).args(more);
     let child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let (status, [stdout, stderr]) = end(&mut child.expect("it can be started"), "the replay");
+    let ended = end(&mut child.expect("it can be started"), PATIENCE);
+    let (status, [stdout, stderr]) =
+        ended.unwrap_or_else(|said| panic!("the replay hangs; it said\n{}\n{}", said[0], said[1]));
     (status.code(), stdout, stderr)
 }
 
-/// Waits for the end of a child with pipes: how it ended, and what it said on standard output and error.
-fn end(child: &mut Child, what: &str) -> (ExitStatus, [String; 2]) {
+/// Waits for the end of a child with pipes: how it ended, and what it said on standard output and error. One that does not end is killed.
+fn end(child: &mut Child, patience: Duration) -> Result<(ExitStatus, [String; 2]), [String; 2]> {
     // Read as it comes: a full pipe would stop the child.
     let hear = |mut pipe: Box<dyn Read + Send>| {
         std::thread::spawn(move || {
@@ -255,7 +284,7 @@ fn end(child: &mut Child, what: &str) -> (ExitStatus, [String; 2]) {
         if let Some(status) = child.try_wait().expect("it is ours") {
             break Some(status);
         }
-        if start.elapsed() > PATIENCE {
+        if start.elapsed() > patience {
             let _ = child.kill();
             let _ = child.wait();
             break None;
@@ -263,8 +292,10 @@ fn end(child: &mut Child, what: &str) -> (ExitStatus, [String; 2]) {
         std::thread::sleep(Duration::from_millis(5));
     };
     let said = ears.map(|ear| ear.join().expect("it only reads").expect("text"));
-    let Some(status) = status else { panic!("{what} hangs; it said\n{}\n{}", said[0], said[1]) };
-    (status, said)
+    match status {
+        Some(status) => Ok((status, said)),
+        None => Err(said),
+    }
 }
 
 /// Asserts that a process of a recorded walk, run again, says the same to the bit.
@@ -294,6 +325,19 @@ pub fn children_of(parent: u32) -> Vec<(String, u32)> {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let ids = processes.filter_map(|entry| entry.file_name().to_string_lossy().parse().ok());
     ids.filter(is_child).filter_map(named).collect()
+}
+
+/// Process ids of all that was started for a domain and is alive.
+pub fn living_in(domain: &DomainName) -> Vec<u32> {
+    let wanted = ["--domain".to_string(), domain.to_string()];
+    let belongs = |id: &u32| {
+        let line = std::fs::read(format!("/proc/{id}/cmdline")).unwrap_or_default();
+        let words: Vec<String> =
+            line.split(|byte| *byte == 0).map(|word| String::from_utf8_lossy(word).into_owned()).collect();
+        words.windows(2).any(|pair| pair == wanted) && is_alive(*id)
+    };
+    let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    processes.filter_map(|entry| entry.file_name().to_string_lossy().parse().ok()).filter(belongs).collect()
 }
 
 /// Whether a process is alive (not gone, not a zombie).

@@ -80,14 +80,17 @@ impl ExitCode {
     pub const fn rank(self) -> u8 {
         match self {
             Self::Configuration | Self::Occupied => 0,
-            Self::Failed | Self::Bug | Self::Deadlines | Self::NotSettled | Self::Hung | Self::NotWalked => 1,
+            Self::Failed
+            | Self::Bug
+            | Self::Deadlines
+            | Self::NotSettled
+            | Self::Hung
+            | Self::Recording
+            | Self::NotWalked => 1,
             Self::Start => 2,
-            // The one that others make a safety stop for want of comes before them.
             Self::SafetyStop => 3,
             // The rest is not the cause of anything.
-            Self::Recording => 4,
-            Self::Interrupted => 5,
-            Self::Done => 6,
+            Self::Interrupted | Self::Done => 4,
         }
     }
 

@@ -74,8 +74,8 @@ pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
 pub use real_time::{Pacer, Policy, clock_monotonic_ns};
 pub use shell::Shell;
-pub use stop::Stop;
-pub use system::{die_with_parent, interrupt, kill, terminate};
+pub use stop::{START_PATIENCE, Stop};
+pub use system::{die_with_parent, interrupt, kill, pause, resume, terminate};
 
 /// Version and commit of this build, as `--version` prints them and logs record them.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SOLEUS_COMMIT"), ")");

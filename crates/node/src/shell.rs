@@ -1,9 +1,10 @@
 //! What a program sees of the world: messages, health, the wish that it stop.
 
 use crate::arguments::Arguments;
+use crate::exit::ExitCode;
 use crate::failure::Failure;
 use crate::real_time::{Policy, clock_monotonic_ns};
-use crate::stop::Stop;
+use crate::stop::{START_PATIENCE, Stop};
 use bus::{Domain, Pattern, PatternPublisher, PatternSubscriber, Publisher, Robot, Subscriber};
 use messages::code::{Process, Reason, State};
 use messages::{CONTROL_PERIOD_NS, Header, Health, MAX_PHASES, Message, Topic, topic};
@@ -49,7 +50,9 @@ impl Shell {
         arguments: &Arguments,
     ) -> Result<Self, Failure> {
         let stop = Stop::on_signals().map_err(Failure::running)?;
-        let domain = Domain::join(&arguments.domain, process, OWNER_PATIENCE)?;
+        let joining = format!("joining domain `{}`", arguments.domain);
+        let join = || Domain::join(&arguments.domain, process, OWNER_PATIENCE);
+        let domain = stop.bound(&joining, START_PATIENCE, ExitCode::Done, join)?;
         tracing::info!("{process} in domain `{}`, runtime folder {}", domain.name(), bus::runtime_folder().display());
         let health = domain.publisher(topic::health(process))?;
         let mut figures = Health::new(process, State::Starting, Reason::None);

@@ -19,6 +19,22 @@ pub fn interrupt(process_id: u32) -> io::Result<()> {
     signal(process_id, libc::SIGINT)
 }
 
+/// Lets a process go on that was stopped by a signal (SIGCONT).
+///
+/// # Errors
+/// As [`terminate`].
+pub fn resume(process_id: u32) -> io::Result<()> {
+    signal(process_id, libc::SIGCONT)
+}
+
+/// Stops a process until it is resumed (SIGSTOP).
+///
+/// # Errors
+/// As [`terminate`].
+pub fn pause(process_id: u32) -> io::Result<()> {
+    signal(process_id, libc::SIGSTOP)
+}
+
 /// Ends a process at once (SIGKILL).
 ///
 /// # Errors

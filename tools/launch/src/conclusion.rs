@@ -3,6 +3,7 @@
 use crate::Ending;
 use crate::folder::RunFolder;
 use crate::heard::Heard;
+use node::ExitCode;
 use recording::Recording;
 use report::{Gather, PageSettings, ReportSettings, Verdict, WalkFigures};
 use std::path::PathBuf;
@@ -72,12 +73,13 @@ impl Conclusion {
         let figures = &self.figures;
         match figures.verdict {
             Verdict::Walked | Verdict::Unjudged => Ok(()),
-            Verdict::Fell => Err(Ending::new(1, format!("the robot fell: {}", figures.verdict_reason))),
-            Verdict::EndedEarly => Err(Ending::new(1, format!("the walk ended early: {}", figures.verdict_reason))),
-            Verdict::OffPlan => Err(Ending::new(
-                node::ExitCode::NotWalked.code(),
-                format!("walked, but off its plan: {}", figures.verdict_reason),
-            )),
+            Verdict::Fell => Err(Ending::new(ExitCode::Failed, format!("the robot fell: {}", figures.verdict_reason))),
+            Verdict::EndedEarly => {
+                Err(Ending::new(ExitCode::Failed, format!("the walk ended early: {}", figures.verdict_reason)))
+            }
+            Verdict::OffPlan => {
+                Err(Ending::new(ExitCode::NotWalked, format!("walked, but off its plan: {}", figures.verdict_reason)))
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The folder of a run: effective configuration, logs, recording.
 
 use crate::{Ending, Launch};
+use node::ExitCode;
 use scenario::Scenario;
 use std::fs::{DirBuilder, OpenOptions};
 use std::io::Write;
@@ -13,38 +14,69 @@ use toml::Value;
 pub struct RunFolder {
     /// Where it is, absolute.
     pub path: PathBuf,
+    /// What was there before.
+    before: Before,
 }
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Before {
+    Nothing,
+    EmptyFolder,
+    AnotherRun,
+}
+
+/// What a run that was refused may have put into its folder.
+const PARTS: [&str; 5] = ["config", "logs", "programs", "walk.mcap", "walk.mcap.partial"];
 
 impl RunFolder {
     /// Makes the folder and writes the effective configuration of every process into it. Nothing that is there is touched unless
     /// that is asked for.
     pub fn create(scenario: &Scenario, arguments: &Launch) -> Result<Self, Ending> {
         let path = arguments.out.clone().unwrap_or_else(|| unused(&scenario.name));
-        let failed =
-            |error: std::io::Error| Ending::new(3, format!("cannot make the run folder {}: {error}", path.display()));
+        let failed = |error: std::io::Error| {
+            Ending::new(ExitCode::Start, format!("cannot make the run folder {}: {error}", path.display()))
+        };
         let path = std::path::absolute(&path).map_err(failed)?;
-        let is_empty = std::fs::read_dir(&path).map_or(true, |mut entries| entries.next().is_none());
-        if !is_empty && !arguments.overwrite {
+        let before = match path.read_dir().map(Iterator::count) {
+            Err(_) => Before::Nothing,
+            Ok(0) => Before::EmptyFolder,
+            Ok(_) => Before::AnotherRun,
+        };
+        if before == Before::AnotherRun && !arguments.overwrite {
             let path = path.display();
             let reason = format!("--out {path}: there is something in it; name another folder, or add --overwrite");
-            return Err(Ending::new(2, reason));
+            return Err(Ending::new(ExitCode::Configuration, reason));
         }
-        let folder = Self { path: path.clone() };
+        let folder = Self { path, before };
+        let filled = folder.fill(scenario, arguments);
+        if filled.is_err() {
+            folder.remove();
+        }
+        let failed = |error| {
+            let path = folder.path.display();
+            Ending::new(ExitCode::Start, format!("cannot make the run folder {path}: {error}"))
+        };
+        filled.map_err(failed)?;
+        Ok(folder)
+    }
+
+    fn fill(&self, scenario: &Scenario, arguments: &Launch) -> std::io::Result<()> {
+        let (folder, path) = (self, &self.path);
         for folder in [path.clone(), path.join("config"), path.join("logs")] {
-            DirBuilder::new().recursive(true).mode(0o700).create(folder).map_err(failed)?;
+            DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         }
         let write = |path: &Path, text: &str| {
             let options = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(path);
-            options.and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)
+            options.and_then(|mut file| file.write_all(text.as_bytes()))
         };
-        let text = files::read_text(&scenario.path, files::CONFIG_MAX_BYTES).map_err(failed)?;
+        let text = files::read_text(&scenario.path, files::CONFIG_MAX_BYTES)?;
         write(&folder.config("scenario"), &text)?;
         let judged_by = scenario.report.effective_text();
         write(&folder.config("report"), &format!("# What the run is judged by.\n{judged_by}"))?;
         // What a former run said must not be taken for this one's.
         for former in [folder.figures(), folder.page()] {
             match std::fs::remove_file(former) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(error)),
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
                 _ => {}
             }
         }
@@ -67,7 +99,25 @@ impl RunFolder {
             let title = format!("# Effective configuration of the {process} in scenario `{}`.\n", scenario.name);
             write(&folder.config(process), &(title + &text))?;
         }
-        Ok(folder)
+        Ok(())
+    }
+
+    /// Takes back what was made, for a run that was refused before anything moved; what was there before stays.
+    pub fn remove(&self) {
+        if self.before == Before::AnotherRun {
+            return;
+        }
+        for part in PARTS.map(|part| self.path.join(part)) {
+            // What cannot be removed can be looked at.
+            let _ = if part.is_dir() && !part.is_symlink() {
+                std::fs::remove_dir_all(&part)
+            } else {
+                std::fs::remove_file(&part)
+            };
+        }
+        if self.before == Before::Nothing {
+            let _ = std::fs::remove_dir(&self.path);
+        }
     }
 
     /// What the recorder said about recordings that it found unfinished here.

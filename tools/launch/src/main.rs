@@ -1,40 +1,25 @@
-//! Starts, supervises and stops the processes of a scenario.
-//!
-//! | exit code | meaning |
-//! |---|---|
-//! | 0 | the walk was walked to its end, or `serve` was asked to stop |
-//! | 1 | the robot fell, or something failed while running |
-//! | 2 | arguments, scenario or configuration are wrong, or processes are configured for different robots |
-//! | 3 | could not start: the domain is in use, a binary is missing, a process died before the walk |
-//! | 4 | a process made a safety stop or was killed |
-//! | 5 | a process missed its deadlines |
-//! | 6 | the robot did not settle: it did not stand still enough to walk, and the message says what was in the way |
-//! | 10 | the walk came to its end, but its zero-moment point was farther from the plan than `report.zmp_error_max_m` |
-//! | 130 | interrupted (Ctrl-C) |
-#![allow(clippy::print_stdout, reason = "the summary is what a launch is asked for")]
+//! Starts, supervises and stops the processes of a scenario. [`node::ExitCode`] says how that may end.
 
 mod conclusion;
 mod folder;
 mod heard;
 mod process;
 mod progress;
+mod recorded;
 mod run;
+mod watchdog;
 
-use bus::{Contract, DomainName, Owner};
+use bus::{Contract, DomainName, Owner, OwnerError};
 use clap::{Args, Parser, Subcommand};
-use node::{LogFormat, Stop};
+use node::{ExitCode, LogFormat, START_PATIENCE, Stop};
 use scenario::Setting;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 /// Starts, supervises and stops the processes of a scenario.
 #[derive(Debug, Parser)]
 #[command(name = "soleus-launch", version = node::VERSION, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(
-    after_help = "Exit codes: 0 walked to the end; 1 fallen, or failed while running; 2 arguments or configuration wrong; \
-3 could not start; 4 safety stop, or a process was killed; 5 deadlines missed; 6 the robot did not settle; 10 walked, but off its plan; 130 interrupted."
-)]
+#[command(after_help = ExitCode::help(&ExitCode::ALL))]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
@@ -88,6 +73,10 @@ struct Launch {
     #[arg(long)]
     no_report: bool,
 
+    /// Seconds of silence after which a process counts as hung, and the launch ends. Every process speaks ten times a second.
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = hung_after)]
+    hung_after: Duration,
+
     /// Domain to run in; a new one by default.
     #[arg(long, value_name = "NAME")]
     domain: Option<DomainName>,
@@ -97,32 +86,38 @@ struct Launch {
     log_format: LogFormat,
 }
 
+fn hung_after(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    let is_silence = (1.0..=3600.0).contains(&seconds);
+    is_silence.then(|| Duration::from_secs_f64(seconds)).ok_or_else(|| "must be from 1 to 3600 seconds".to_string())
+}
+
 /// A launch did not lead to a finished walk.
 #[derive(Debug)]
 pub struct Ending {
     /// The launcher's exit code.
-    pub code: u8,
+    pub code: ExitCode,
     /// What happened, and where to look.
     pub reason: String,
 }
 
 impl Ending {
-    fn new(code: u8, reason: impl std::fmt::Display) -> Self {
+    fn new(code: ExitCode, reason: impl std::fmt::Display) -> Self {
         Self { code, reason: reason.to_string() }
     }
 
     /// With what caused it, as one sentence.
-    fn with_causes(code: u8, error: impl Into<anyhow::Error>) -> Self {
+    fn with_causes(code: ExitCode, error: impl Into<anyhow::Error>) -> Self {
         Self { code, reason: format!("{:#}", error.into()) }
     }
 }
 
-fn main() -> ExitCode {
+fn main() -> std::process::ExitCode {
     let arguments = Arguments::parse();
     node::keep_files_private();
     let result = match arguments.command {
         Some(Command::Domain { domain }) => {
-            node::say(&Contract::of(&domain).to_string()).map_err(|error| Ending::with_causes(1, error))
+            node::say(&Contract::of(&domain).to_string()).map_err(|error| Ending::with_causes(ExitCode::Failed, error))
         }
         Some(Command::Serve { domain, log_format }) => {
             node::start_diagnostics(log_format);
@@ -134,17 +129,27 @@ fn main() -> ExitCode {
         }
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::Done.into(),
         Err(ending) => {
             tracing::error!("{}", ending.reason);
-            ExitCode::from(ending.code)
+            ending.code.into()
         }
     }
 }
 
+/// Takes a domain into possession; `asked` is how we end if asked to stop meanwhile.
+fn claim(domain: &DomainName, stop: &Stop, asked: ExitCode) -> Result<Owner, Ending> {
+    let claiming = format!("taking domain `{domain}` into possession");
+    let claimed = stop.bound(&claiming, START_PATIENCE, asked, || Owner::claim(domain));
+    claimed.map_err(|error| match error {
+        OwnerError::InUse { .. } => Ending::with_causes(ExitCode::Occupied, error),
+        _ => Ending::with_causes(ExitCode::Start, error),
+    })
+}
+
 fn serve(domain: &DomainName) -> Result<(), Ending> {
-    let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
-    let owner = Owner::claim(domain).map_err(|error| Ending::with_causes(3, error))?;
+    let stop = Stop::on_signals().map_err(|error| Ending::with_causes(ExitCode::Start, error))?;
+    let owner = claim(domain, &stop, ExitCode::Done)?;
     let runtime = bus::runtime_folder();
     tracing::info!("serving domain `{domain}`, runtime folder {}, until asked to stop", runtime.display());
     let mut reaped = Instant::now();

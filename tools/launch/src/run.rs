@@ -5,13 +5,16 @@ use crate::folder::RunFolder;
 use crate::heard::Heard;
 use crate::process::{Start, Supervised};
 use crate::progress::Progress;
-use crate::{Ending, Launch};
+use crate::recorded::Recorded;
+use crate::watchdog::Watchdog;
+use crate::{Ending, Launch, claim};
 use bus::{Domain, DomainName, Owner, ReceiveError, Robot, Subscriber};
 use messages::code::{Process, Reason, State};
 use messages::{Health, topic};
-use node::Stop;
+use node::{ExitCode, START_PATIENCE, Stop};
 use report::ReportSettings;
 use scenario::Scenario;
+use std::fmt::Display;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
@@ -35,20 +38,22 @@ const DEPTH: usize = 128;
 pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     if arguments.real_time {
         // The shell, the controller and the recorder know this pace; the simulator does not keep it yet.
-        return Err(Ending::new(2, "--real-time: the simulator runs in lock-step only so far"));
+        return Err(Ending::new(ExitCode::Configuration, "--real-time: the simulator runs in lock-step only so far"));
     }
-    let stop = Stop::on_signals().map_err(|error| Ending::with_causes(3, error))?;
+    let stop = Stop::on_signals().map_err(|error| Ending::with_causes(ExitCode::Start, error))?;
     let path = arguments.scenario.as_ref().expect("clap requires it");
-    let scenario = Scenario::load(path, &arguments.settings).map_err(|error| Ending::with_causes(2, error))?;
-    let judged_by: ReportSettings = scenario.report.parse().map_err(|error| Ending::with_causes(2, error))?;
-    judged_by.check().map_err(|error| Ending::with_causes(2, error))?;
+    let wrong = |error: anyhow::Error| Ending::with_causes(ExitCode::Configuration, error);
+    let scenario = Scenario::load(path, &arguments.settings).map_err(|error| wrong(error.into()))?;
+    let judged_by: ReportSettings = scenario.report.parse().map_err(|error| wrong(error.into()))?;
+    judged_by.check().map_err(|error| wrong(error.into()))?;
     let processes: Vec<Process> = scenario.processes().filter_map(|(name, _)| process_called(name)).collect();
     let domain_name = match &arguments.domain {
         Some(name) => name.clone(),
         None => format!("run-{}", std::process::id()).parse().expect("letters and digits"),
     };
+    let owner = claim(&domain_name, &stop, ExitCode::Interrupted)?;
+    tracing::info!("domain `{domain_name}`, runtime folder {}", bus::runtime_folder().display());
     let folder = RunFolder::create(&scenario, arguments)?;
-    let owner = Owner::claim(&domain_name).map_err(|error| Ending::with_causes(3, error))?;
     let ended = supervise(arguments, &processes, &folder, &domain_name, &owner, &stop);
     // Whatever happened: the processes are gone now, and with the owner goes the shared memory.
     drop(owner);
@@ -56,20 +61,29 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     if !leftovers.is_empty() {
         tracing::warn!("left in shared memory: {leftovers:?}");
     }
-    let (heard, ended) = ended?;
+    let (heard, recorded, ended) = ended.inspect_err(|_| folder.remove())?;
     // Of what came to no good end, too: what there is to see is in the run folder.
     let conclusion = heard.any().then(|| Conclusion::draw(&folder, &heard, &judged_by, !arguments.no_report));
     if let Some(conclusion) = &conclusion {
-        print!("{}", conclusion.table());
-        if let Some(page) = &conclusion.page {
-            println!("{:<22} {}", "page", page.display());
-        }
-        println!("{:<22} {}", "run folder", folder.path.display());
+        let mut text = conclusion.table();
+        let mut row = |name: &str, value: &dyn Display| text += &format!("{name:<22} {value}\n");
+        row("recording", &recorded);
+        conclusion.page.iter().for_each(|page| row("page", &page.display()));
+        row("run folder", &folder.path.display());
+        node::say(&text).map_err(|error| Ending::with_causes(ExitCode::Failed, error))?;
+    } else if let Err(Ending { code: ExitCode::Configuration, reason }) = ended {
+        folder.remove();
+        let (path, scenario) = (folder.path.display(), scenario.path.display());
+        let note = format!(
+            "{path} held what {scenario} and --set say, process by process; nothing moved, and it is removed again"
+        );
+        return Err(Ending::new(ExitCode::Configuration, format!("{reason}\n  {note}")));
     }
     folder.recovered().iter().for_each(|said| tracing::warn!("{said}"));
     let reason = ended?;
     tracing::info!("the walk is over: {reason}");
-    conclusion.map_or(Ok(()), |conclusion| conclusion.ending())
+    conclusion.map_or(Ok(()), |conclusion| conclusion.ending())?;
+    recorded.ending(arguments.real_time).map_or(Ok(()), Err)
 }
 
 fn process_called(word: &str) -> Option<Process> {
@@ -83,10 +97,11 @@ fn supervise(
     domain_name: &DomainName,
     owner: &Owner,
     stop: &Stop,
-) -> Result<(Heard, Result<Reason, Ending>), Ending> {
-    let failed = |error: anyhow::Error| Ending::with_causes(3, error);
-    let domain =
-        Domain::join(domain_name, Process::Launcher, Duration::from_secs(5)).map_err(|error| failed(error.into()))?;
+) -> Result<(Heard, Recorded, Result<Reason, Ending>), Ending> {
+    let failed = |error: anyhow::Error| Ending::with_causes(ExitCode::Start, error);
+    let join = || Domain::join(domain_name, Process::Launcher, Duration::from_secs(5));
+    let joined = stop.bound("joining the domain", START_PATIENCE, ExitCode::Interrupted, join);
+    let domain = joined.map_err(|error| failed(error.into()))?;
     let mut ears = Ears::new(&domain, processes).map_err(|error| failed(error.into()))?;
     let start =
         Start { domain: domain_name, real_time: arguments.real_time, processes, log_format: arguments.log_format };
@@ -94,11 +109,13 @@ fn supervise(
     for process in processes {
         children.push(Supervised::start(*process, folder, &start)?);
     }
+    ears.watchdog = Watchdog::new(children.iter().map(|child| (child.process, child.id())), arguments.hung_after);
     let mut progress = Progress::new();
     let ended = watch(&mut children, &mut ears, &mut progress, owner, stop);
     progress.end();
     stop_all(&mut children, &mut ears, stop);
-    Ok((ears.heard, ended))
+    let recorded = Recorded::of(&mut children, ears.recorder.as_ref());
+    Ok((ears.heard, recorded, ended.and_then(|reason| all_ended_well(&mut children, reason))))
 }
 
 /// Looks on until the walk is over or something goes wrong.
@@ -112,13 +129,16 @@ fn watch(
     let (mut named, mut reaped) = (Instant::now(), Instant::now());
     loop {
         if stop.asked() {
-            return Err(Ending::new(130, "interrupted"));
+            return Err(Ending::new(ExitCode::Interrupted, "interrupted"));
         }
-        ears.listen().map_err(|error| Ending::with_causes(1, error))?;
+        ears.listen().map_err(|error| Ending::with_causes(ExitCode::Failed, error))?;
         if let Some(reason) = ears.over {
             return Ok(reason);
         }
         if let Some(ending) = first_death(children, ears, stop) {
+            return Err(ending);
+        }
+        if let Some(ending) = ears.watchdog.look() {
             return Err(ending);
         }
         if !ears.begun() && named.elapsed() > IMPATIENCE {
@@ -132,6 +152,17 @@ fn watch(
         }
         std::thread::sleep(ROUND);
     }
+}
+
+/// A walk is over only if every process could say so and end in order.
+fn all_ended_well(children: &mut [Supervised], reason: Reason) -> Result<Reason, Ending> {
+    let badly = children.iter_mut().filter_map(|child| {
+        let status = child.ended().filter(|status| !status.success())?;
+        // What it says itself of its recording, the recording's verdict says as well.
+        let told_there = child.process == Process::Recorder && status.signal().is_none();
+        (!told_there).then(|| child.explain(status))
+    });
+    badly.min_by_key(|ending| ending.code.rank()).map_or(Ok(reason), Err)
 }
 
 /// The unexpected end of a process, if one has ended. When several did, the one that did not merely follow another.
@@ -161,18 +192,12 @@ fn first_death(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) -> Opt
     }
 }
 
-/// Rank of an ending that another one caused.
-const FOLLOWED: u8 = 4;
+/// Rank of an ending that another one caused: behind all that can be a cause.
+const FOLLOWED: u8 = ExitCode::Done.rank();
 
-/// How far an ending is from what went wrong first, by its exit code.
+/// How far an ending is from what went wrong first.
 fn rank(ending: &Ending, followed: bool) -> u8 {
-    match ending.code {
-        2 => 0,
-        1 | 5 | 6 => 1,
-        3 => 2,
-        _ if followed => FOLLOWED,
-        _ => 3,
-    }
+    if followed { FOLLOWED } else { ending.code.rank() }
 }
 
 /// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
@@ -200,6 +225,9 @@ struct Ears {
     health: Vec<(Process, Subscriber<Health>)>,
     states: Vec<(Process, Option<State>, Reason)>,
     heard: Heard,
+    watchdog: Watchdog,
+    /// What the recorder said last.
+    recorder: Option<Health>,
     over: Option<Reason>,
 }
 
@@ -210,6 +238,8 @@ impl Ears {
             health: processes.iter().map(health).collect::<Result<_, bus::PortError>>()?,
             states: processes.iter().map(|process| (*process, None, Reason::None)).collect(),
             heard: Heard::default(),
+            watchdog: Watchdog::new(std::iter::empty(), Duration::MAX),
+            recorder: None,
             over: None,
         })
     }
@@ -218,6 +248,10 @@ impl Ears {
         for (process, subscriber) in &mut self.health {
             while let Some(health) = subscriber.try_next()? {
                 self.heard.take(&health);
+                self.watchdog.heard(&health);
+                if *process == Process::Recorder {
+                    self.recorder = Some(health);
+                }
                 let state = State::from_code(health.state);
                 if let Some(entry) = self.states.iter_mut().find(|(other, ..)| other == process) {
                     entry.1 = state;
@@ -256,13 +290,16 @@ mod tests {
 
     #[test]
     fn what_went_wrong_first_is_named_before_what_followed() {
-        let ranks = |endings: &[(u8, bool)]| {
+        use ExitCode::{Configuration, Deadlines, Failed, NotSettled, Recording, SafetyStop, Start};
+        let ranks = |endings: &[(ExitCode, bool)]| {
             endings.iter().map(|(code, followed)| rank(&Ending::new(*code, ""), *followed)).collect::<Vec<_>>()
         };
         // A wrong configuration; a failure; no start; a safety stop; one for want of the other.
-        let order = ranks(&[(2, false), (6, false), (3, false), (4, false), (4, true)]);
+        let order =
+            [(Configuration, false), (NotSettled, false), (Start, false), (SafetyStop, false), (SafetyStop, true)];
+        let order = ranks(&order);
         assert!(order.is_sorted_by(|one, next| one < next), "{order:?}");
-        assert_eq!(ranks(&[(1, false), (5, false), (6, true)]), ranks(&[(6, false); 3]));
+        assert_eq!(ranks(&[(Failed, false), (Deadlines, false), (Recording, false)]), ranks(&[(NotSettled, false); 3]));
         assert!(order[3] < FOLLOWED && order[4] == FOLLOWED);
     }
 }

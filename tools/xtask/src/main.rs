@@ -5,6 +5,7 @@
 
 mod check;
 mod circles;
+mod faults;
 mod fuzz;
 mod licenses;
 mod metadata;
@@ -35,6 +36,15 @@ enum Task {
         #[arg(long, default_value_t = 20_000)]
         cases: u64,
     },
+    /// The fault campaign: short walks, each with one fault of a control PC at a random instant.
+    Faults {
+        /// How many walks.
+        #[arg(long, default_value_t = 500)]
+        walks: u64,
+        /// Where the random instants begin; a failure prints the one to repeat it with `--walks 1`.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Compare choices of `target-cpu` on the benchmarks of the hot paths.
     TargetCpu,
     /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
@@ -49,6 +59,7 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Check => check::all(),
         Task::Rules => check::rules_and_licenses(),
+        Task::Faults { walks, seed } => faults::campaign(walks, seed),
         Task::Fuzz { cases } => fuzz::fuzz(cases),
         Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
