@@ -218,7 +218,7 @@ fn eventually_within(patience: Duration, mut condition: impl FnMut() -> bool) ->
 
 /// A walk after which the robot stands for longer than any test.
 fn long_walk() -> Launch {
-    short_walk().set("simulator.run.after_walk_s=1e5")
+    short_walk().set("simulator.run.after_walk_s=8e4")
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::process::Command;
 /// A walk after which the robot stands for longer than any test, recorded as it goes.
 fn long_walk() -> Running {
     let mut running =
-        Launch::short_walk().set("simulator.run.after_walk_s=1e5").set("recorder.flush_period_s=0.05").start();
+        Launch::short_walk().set("simulator.run.after_walk_s=8e4").set("recorder.flush_period_s=0.05").start();
     running.wait_until_walking();
     running
 }
@@ -76,8 +76,8 @@ fn a_full_disk_breaks_a_recording_off_and_that_is_told() {
     let running = Launch::short_walk().set("recorder.flush_period_s=0.05").start();
     let recorder = running.wait_for_child("soleus-recorder");
     eventually("the recording is begun", || running.partial_recording().exists());
-    // As if the disk were full: no file of this process may have more than 300 kB.
-    let limited = Command::new("prlimit").args(["--pid", &recorder.to_string(), "--fsize=300000"]).status();
+    // As if the disk were full: no file of this process may have more than a megabyte.
+    let limited = Command::new("prlimit").args(["--pid", &recorder.to_string(), "--fsize=1000000"]).status();
     assert!(limited.expect("util-linux").success());
     let run = running.finish();
     assert_eq!(run.code(), 9, "{}\n{}", run.stdout, run.stderr);

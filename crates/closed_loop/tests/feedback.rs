@@ -53,11 +53,12 @@ fn commands(run: ClosedLoop, fault: impl FnMut(&mut RobotState)) -> u64 {
     hash
 }
 
+/// Where the estimator's soles are the real ones, the plan alone is as good; what feedback is for is a foam misjudged.
 #[test]
-fn feedback_keeps_the_body_nearer_to_the_plan_than_the_plan_alone_and_the_forces_too() {
-    let open = walked("no-stabiliser.toml", &[SHORT]);
-    let closed = walked("feedback.toml", &[SHORT]);
-    // Measured over eleven swings: a quarter, a third.
+fn feedback_keeps_a_misjudged_foam_nearer_to_the_plan() {
+    let stiffer = [SHORT, "simulator.sole.young_modulus_factor=1.2"];
+    let open = walked("no-stabiliser.toml", &stiffer);
+    let closed = walked("feedback.toml", &stiffer);
     assert!(closed.com_error_max_m.expect("truth") < 0.6 * open.com_error_max_m.expect("truth"), "{closed:?} {open:?}");
     assert!(closed.zmp_error_rms_m.expect("truth") < 0.5 * open.zmp_error_rms_m.expect("truth"), "{closed:?} {open:?}");
     assert!((closed.distance_m.expect("truth") - 0.1).abs() < 0.005, "walked {} m", closed.distance_m.expect("truth"));

@@ -72,8 +72,9 @@ fn bits(ticks: &[Tick]) -> Vec<u8> {
 fn a_block_given_as_a_gmsh_file_walks_the_same_walk_to_the_bit() {
     let file = Mesh::kuhn_box([0.23, 0.13, 0.021], [12, 7, 3]).expect("a block").to_msh();
     let (_, from_file) = walk(Some(&sole(&file, &[FILE])), &[SHORT]);
-    // The plant cuts a block into finer cells of its own, but takes a file as it is.
-    let (_, from_block) = walk(None, &[SHORT, "simulator.sole.mesh_cells=[12, 7, 3]"]);
+    // Plant and estimator cut a block into finer cells, but take a file as it is.
+    let cells = ["simulator.sole.mesh_cells=[12, 7, 3]", "estimator.sole.cells=[12, 7, 3]"];
+    let (_, from_block) = walk(None, &[SHORT, cells[0], cells[1]]);
     assert!(bits(&from_file) == bits(&from_block));
     let (_, on_other_cells) = walk(None, &[SHORT]);
     assert!(bits(&from_file) != bits(&on_other_cells), "the mesh matters");
@@ -195,12 +196,12 @@ fn what_does_not_fit_the_sole_is_refused_by_name() {
     };
     expect(
         refused(&listed, &[]),
-        &["estimator", "thick.toml", "friction has 72 values", "\"fem\"", "104 contact points"],
+        &["estimator", "thick.toml", "friction has 72 values", "\"patches\"", "42 contact points"],
     );
     expect(refused(&listed, &["estimator.sole.level=lumped"]), &["thick.toml", "friction is a list", "patches"]);
-    let patches = ["estimator.sole.level=patches", "simulator.sole.level=rigid"];
+    let patches = ["estimator.sole.patch_cells=[8, 7]", "simulator.sole.level=rigid"];
     expect(refused(&listed, &patches), &["simulator", "thick.toml", "friction is a list"]);
-    let patches = ["estimator.sole.level=patches", "simulator.sole.patch_cells=[4, 3]"];
+    let patches = ["estimator.sole.patch_cells=[8, 7]", "simulator.sole.patch_cells=[4, 3]"];
     expect(refused(&listed, &patches), &["simulator", "friction has 72 values", "\"patches\"", "20 contact points"]);
 
     let thick = sole(GMSH, &[FILE, ("0.103", "0.112")]);

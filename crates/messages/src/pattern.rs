@@ -133,7 +133,8 @@ pub fn write_pattern(
 /// # Errors
 /// Any [`PatternRefused`].
 pub fn read_pattern(header: &PatternHeader, phases: &[PatternPhase]) -> Result<WalkPattern, PatternRefused> {
-    if header.version != PATTERN_VERSION {
+    // Recordings may hold patterns of former versions.
+    if !(1..=PATTERN_VERSION).contains(&header.version) {
         return Err(pattern::PatternError::Version { found: header.version }.into());
     }
     if phases.len() > MAX_PHASES {
@@ -180,7 +181,7 @@ fn phase_message(phase: &Phase) -> PatternPhase {
         share: phase.load.share.0,
         excess: phase.load.excess.map(|q| q.0),
         zmp_1: phase.zmp_1.map(|q| q.0),
-        zmp_shift: phase.zmp_shift.0,
+        zmp_shift_m: phase.zmp_shift.0,
         feet: phase.feet.map(|foot| foot_message(&foot)),
     }
 }
@@ -235,7 +236,7 @@ fn phase_data(index: usize, message: &PatternPhase) -> Result<Phase, PatternRefu
             excess: message.excess.map(Quintic),
         },
         zmp_1: message.zmp_1.map(Quintic),
-        zmp_shift: ZmpShift(message.zmp_shift),
+        zmp_shift: ZmpShift(message.zmp_shift_m),
         feet: message.feet.map(|foot| foot_data(&foot)),
     })
 }

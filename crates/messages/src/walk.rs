@@ -87,7 +87,7 @@ plain_struct! {
         /// ZMP of foot 1, x and y.
         zmp_1: [[f64; 6]; 2],
         /// The body's own ZMP from the planned one at equidistant knots: value (m), rate, acceleration; x and y.
-        zmp_shift: [[[f64; 3]; 9]; 2],
+        zmp_shift_m: [[[f64; 3]; 9]; 2],
         /// Left and right foot.
         feet: [PatternFoot; 2],
     }

@@ -2,7 +2,7 @@
 
 use crate::check::word;
 use crate::{NotWalkable, PlannerSettings};
-use sole::Status;
+use sole::{Cause, Status};
 use stance::{Carried, Largest, NotCarried, WalkOnSoles, certify};
 
 /// Walks through every stance and refuses what a sole cannot carry and what exceeds the settings' limits.
@@ -40,7 +40,14 @@ fn why(status: Status) -> String {
         }
         Status::Indeterminate => "has no friction: nothing says where it stays".to_string(),
         Status::NotFound { cause } => {
-            format!("has no equilibrium that was found, which does not say that there is none: {cause:?}")
+            let why = match cause {
+                Cause::Circling => "the contact states run in circles",
+                Cause::Steps => "Newton's method led nowhere",
+                Cause::Work => "the search took more than it may",
+                Cause::Laws => "the contact laws do not hold where it ended",
+                Cause::Singular => "its tangent is singular",
+            };
+            format!("has no equilibrium that was found, which does not say that there is none: {why}")
         }
         other => format!("cannot be solved for: {other:?}"),
     }

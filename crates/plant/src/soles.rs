@@ -33,7 +33,7 @@ pub enum PlantSoleLevel {
 }
 
 /// Cells of the plant's own mesh of a block: 10,764 tetrahedra.
-pub const MESH_CELLS: [usize; 3] = [23, 13, 6];
+pub const MESH_CELLS: [usize; 3] = sole::CELLS_BEHIND_PATCHES;
 
 /// The plant's soles relative to the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -55,6 +55,7 @@ impl Unpacked {
             let path = folder.path().join(&name);
             let parent = path.parent().expect("it is in a folder").to_path_buf();
             std::fs::create_dir_all(&parent).map_err(failed(parent))?;
+            let content = of_today(&name, content);
             let written = files::create_new(&path).and_then(|mut file| file.write_all(&content));
             written.map_err(|source| match source.kind() {
                 ErrorKind::AlreadyExists => ReplayError::AttachedTwice { name },
@@ -103,6 +104,18 @@ impl Unpacked {
             moved.push(setting("sole_file", place.ok_or_else(attached)?));
         }
         Ok(moved)
+    }
+}
+
+/// A robot's file without the key that had no effect and is none any more: `solver.tolerance` of a sole.
+fn of_today(name: &str, content: Vec<u8>) -> Vec<u8> {
+    let is_of_robot = ["robot/", "sole/"].iter().any(|group| name.starts_with(group)) && name.ends_with(".toml");
+    let table = std::str::from_utf8(&content).ok().filter(|_| is_of_robot).and_then(|text| text.parse::<Table>().ok());
+    let Some(mut table) = table else { return content };
+    let solver = table.get_mut("solver").and_then(|solver| solver.as_table_mut());
+    match solver.and_then(|solver| solver.remove("tolerance")) {
+        Some(_) => table.to_string().into_bytes(),
+        None => content,
     }
 }
 

@@ -222,7 +222,8 @@ impl File<'_> {
             Some(Value::String(base)) => {
                 let base = self.folder().join(base);
                 Config::read(&base).map_err(|error| match error {
-                    ConfigError::Read { path, source, .. } => {
+                    // The base itself; a file that the base names is told with its place there.
+                    ConfigError::Read { path, source, wanted_by: None } => {
                         ConfigError::Read { path, source, wanted_by: Some(self.origin(&[process, "config"])) }
                     }
                     other => other,

@@ -398,5 +398,5 @@ fn a_key_of_another_process_is_refused_where_it_has_no_effect() {
     // Wrong values are told with the file that holds them.
     let files = with_estimator(FLAT, &KNOWS.replace("estimator.toml", "nowhere.toml"));
     let refused = files.message(&[]);
-    assert!(refused.contains("nowhere.toml (named in /planner.toml:10)"), "{refused}");
+    assert!(refused.contains("nowhere.toml (named in ") && refused.contains("planner.toml:10)"), "{refused}");
 }

@@ -183,7 +183,11 @@ fn a_command_that_does_not_come_fades_the_torque_and_is_counted() {
         let mut in_force = at(&command, tick - 1);
         in_force.feed_forward_torque_nm[knee()] = shares(missing) * torque_nm;
         told.take_command(&in_force);
-        let (waited, expected) = (waiting.advance().truth, told.advance().truth);
+        let (waited, mut expected) = (waiting.advance().truth, told.advance().truth);
+        // Whose command acts is the one thing that differs: the old one's, or that of the tick.
+        assert_eq!(expected.command_tick, tick - 1);
+        assert_eq!(waited.command_tick, last_command);
+        expected.command_tick = waited.command_tick;
         assert_eq!(waited, expected, "tick {tick}");
         if tick == 0 {
             assert!(waited.joint_torque_nm[knee()].abs() > 0.1, "the drive is heard of");

@@ -12,6 +12,7 @@ pub struct SoleChoice {
     /// How much of the sole is modelled.
     pub level: Option<SoleLevel>,
     /// Boxes of the mesh along each edge, each cut into six tetrahedra. For a block only: a mesh file is taken as it is.
+    /// Without it those of `sole.toml`, at level `patches` [`sole::CELLS_BEHIND_PATCHES`].
     pub cells: Option<[u32; 3]>,
     /// Cells of the grid of the levels `patches`, `quadratic-patches` and `winkler`, forward and sideways: one contact point at each of its corners
     /// that lies on the sole.

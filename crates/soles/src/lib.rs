@@ -63,8 +63,13 @@ pub fn build(robot: &Robot, choice: &SoleChoice, store: &mut Store) -> Result<Op
         SoleLevel::Patches => Level::Patches { cells: choice.patch_cells.map(|n| n as usize) },
         SoleLevel::QuadraticPatches => Level::QuadraticPatches { cells: choice.patch_cells.map(|n| n as usize) },
     };
-    if let (Some(chosen), MeshSource::Box { cells, .. }) = (choice.cells, &mut settings.mesh) {
-        *cells = chosen.map(|n| n as usize);
+    if let MeshSource::Box { cells, .. } = &mut settings.mesh {
+        match (choice.cells, &settings.level) {
+            (Some(chosen), _) => *cells = chosen.map(|n| n as usize),
+            // Patches cost what their contact points cost: they are condensed from a fine mesh, whatever the nominal one is.
+            (None, Level::Patches { .. }) => *cells = sole::CELLS_BEHIND_PATCHES,
+            (None, _) => {}
+        }
     }
     settings.material.young_modulus_pa *= choice.young_modulus_factor;
     settings.friction = choice.friction.unwrap_or(settings.friction);

@@ -13,8 +13,8 @@ use std::path::Path;
 const LEFT: &[(&str, &[&str])] = &[
     ("bus", &["domain", "owner"]),
     ("controller", &["integration", "settings", "settle"]),
-    ("gait", &["constraint", "error", "layout", "ranges", "route"]),
-    ("messages", &["header", "health", "robot", "sole", "truth", "walk"]),
+    ("gait", &["constraint", "error", "layout", "route", "validate"]),
+    ("messages", &["header", "health", "older", "robot", "sole", "timing", "truth", "walk"]),
     (
         "multibody",
         &[

@@ -146,6 +146,9 @@ impl Interior {
         if status == Status::Infeasible {
             self.describe_contradiction(problem);
         }
+        if status == Status::Solved && self.is_unbalanced(problem) {
+            return Status::SolvedInaccurately;
+        }
         if status == Status::Infeasible || self.scaling.measure(problem) <= SPREAD {
             return status;
         }
@@ -157,6 +160,15 @@ impl Interior {
         self.order.arrange(&problem.P, |_| None);
         let stopped = self.cholesky.factorise(&problem.P, &self.order).is_err();
         if stopped { negative_curvature(&problem.P) } else { None }
+    }
+
+    /// Whether the gradient misses zero by more than half of the digits asked for, measured by all its terms but P x.
+    /// Clarabel measures by x, which grows without end where nothing bounds the program.
+    fn is_unbalanced(&self, problem: &Problem) -> bool {
+        let report = &self.outcome.report;
+        let missed = report.residuals.stationarity / self.settings.tolerance.sqrt();
+        missed > problem.c.amax().max(report.y_bound.amax())
+            && missed > problem.A.tr_mul(&report.y_eq).amax().max(problem.C.tr_mul(&report.y_in).amax())
     }
 
     /// Judges the answer in units that are alike; where it is not good, the better of it and of the answer found in
