@@ -19,7 +19,7 @@ pub(crate) fn rehearse(
     settings: &PlannerSettings,
 ) -> Result<(Rehearsal, [String; 3]), PlannerError> {
     let (model, _) = walking_model(robot)?;
-    let body = settings.controller.whole_body(robot, &model)?;
+    let body = settings.controller.whole_body(robot, &model).map_err(|error| error.under("controller"))?;
     let mut body = WholeBody::new(model, body)?;
     let rehearsal = rehearsal::rehearse(&mut body, walk, settings.rehearsal.period_s);
     let rehearsal = rehearsal.map_err(|refused| in_words(refused, &body))?;
