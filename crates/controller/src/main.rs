@@ -1,6 +1,7 @@
 //! The controller over the bus: robot state and deformation of a tick are answered by a command.
 
 use controller::{ControllerProcess, ControllerSettings, Summary};
+use lateness::RightsSettings;
 use messages::code::{Mode, Process, Reason, State};
 use messages::{ControllerFigures, topic};
 use node::{End, Failure, Program, Shell};
@@ -23,6 +24,10 @@ impl Program for Control {
     fn build(settings: ControllerSettings) -> Result<Self, Failure> {
         let process = ControllerProcess::new(&settings).map_err(Failure::unusable)?;
         Ok(Self { process, told: Summary::default(), programs: ProgramWriter::new(settings.programs) })
+    }
+
+    fn rights(settings: &Self::Settings) -> RightsSettings {
+        settings.real_time
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {

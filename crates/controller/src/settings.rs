@@ -2,6 +2,7 @@
 //!
 //! The tables of the whole-body step are [`wholebody`]'s own types, read as they are; what the robot's folder says is added to them here.
 
+use lateness::RightsSettings;
 use messages::CONTROL_PERIOD_S;
 use multibody::Model;
 use ranges::OutOfRange;
@@ -49,6 +50,14 @@ pub struct ControllerSettings {
     /// Quadratic programs to be written down.
     #[serde(default)]
     pub programs: Programs,
+    /// What it asks of the system by the clock.
+    #[serde(default = "own_rights")]
+    pub real_time: RightsSettings,
+}
+
+/// What the controller asks of the system by the clock.
+fn own_rights() -> RightsSettings {
+    RightsSettings::fifo(65, 1)
 }
 
 /// Section `[programs]`: quadratic programs written as JSON, as `soleus-inspect qp` reads them. By default none is, and no tick pays.

@@ -1,6 +1,7 @@
 //! The estimator over the bus: each robot state is answered by the deformation of the soles.
 
 use estimator::{EstimatorProcess, EstimatorSettings};
+use lateness::RightsSettings;
 use messages::code::{Process, Reason, State};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
@@ -21,6 +22,10 @@ impl Program for Estimate {
         let process = EstimatorProcess::with_store(&settings, &mut soles).map_err(Failure::unusable)?;
         soles.starts().iter().for_each(|start| tracing::info!("{start}"));
         Ok(Self { process, soles })
+    }
+
+    fn rights(settings: &Self::Settings) -> RightsSettings {
+        settings.real_time
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {

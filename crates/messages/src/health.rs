@@ -70,8 +70,38 @@ plain_struct! {
 }
 
 plain_struct! {
+    /// Times of many cycles (HdrHistogram, two digits). A percentile is zero while fewer than ten samples lie beyond it.
+    "soleus.LatenessFiguresV1", 40 bytes, LatenessFigures {
+        /// Number of cycles.
+        count: u64,
+        /// Median.
+        p50_ns: u64,
+        /// What 99 of 100 do not exceed.
+        p99_ns: u64,
+        /// What 999 of 1000 do not exceed.
+        p999_ns: u64,
+        /// The largest.
+        max_ns: u64,
+    }
+}
+
+plain_struct! {
+    /// What a process's cycles so far were like, against the tick's time; brought up to date once a second.
+    "soleus.TimingFiguresV1", 160 bytes, TimingFigures {
+        /// From the tick's time to when the thread ran, in real time.
+        woke: LatenessFigures,
+        /// From the tick's time to when all inputs were there, in real time.
+        inputs: LatenessFigures,
+        /// From the tick's time to when the answer was published, in real time.
+        published: LatenessFigures,
+        /// Time of the processor that the thread used in a cycle.
+        processor: LatenessFigures,
+    }
+}
+
+plain_struct! {
     /// State, timing and solver figures of a process; the only message that holds wall-clock measurements.
-    "soleus.HealthV2", 368 bytes, Health {
+    "soleus.HealthV2", 560 bytes, Health {
         /// Header; the tick is the last one the process has finished, -1 before the first.
         header: Header,
         /// Who: [`crate::code::Process`].
@@ -100,7 +130,7 @@ plain_struct! {
         publish_lateness_ns: u64,
         /// Cycles so far.
         cycles: u64,
-        /// Cycles that took longer than the control period, in real time.
+        /// Cycles that ended more than a control period after the tick's time, in real time.
         misses: u64,
         /// Cycles that began too late, in real time.
         late_wakes: u64,
@@ -122,8 +152,20 @@ plain_struct! {
         walk_duration_s: f64,
         /// 1 if the process runs under a real-time scheduling policy.
         real_time_policy: u32,
-        /// Always zero.
-        reserved: u32,
+        /// Its priority under SCHED_FIFO; zero under the ordinary policy.
+        real_time_priority: u32,
+        /// The only core it may run on, plus one; zero: any.
+        core_plus_one: u32,
+        /// 1 if all its memory is locked.
+        memory_locked: u32,
+        /// Minor page faults of the thread since its first tick with a time.
+        minor_faults: u64,
+        /// Major page faults of the thread since then.
+        major_faults: u64,
+        /// How often the clock grid was moved by the process that owns it, in real time.
+        clock_slips: u64,
+        /// The cycles so far.
+        timing: TimingFigures,
         /// The controller's own.
         controller: ControllerFigures,
         /// The simulator's own.

@@ -39,7 +39,7 @@ mod truth;
 mod walk;
 
 pub use header::{Fault, Header, Message};
-pub use health::{ControllerFigures, Health, RecorderFigures, SimulatorFigures};
+pub use health::{ControllerFigures, Health, LatenessFigures, RecorderFigures, SimulatorFigures, TimingFigures};
 pub use older::{Gone, Older};
 pub use pattern::{OwnSoles, PatternRefused, read_pattern, write_pattern};
 pub use plain::{Field, Plain, Shape};

@@ -33,7 +33,7 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
         ("soleus.SoleContactV1", 26672, 7_523_437_881_865_851_118),
         ("soleus.RobotCommandV2", 1568, 11_543_205_753_679_368_710),
         ("soleus.TruthV2", 1760, 3_883_121_107_563_766_830),
-        ("soleus.HealthV2", 368, 13_694_633_416_332_339_395),
+        ("soleus.HealthV2", 560, 17_673_937_309_037_152_329),
     ];
     fn now<T: Message>() -> (&'static str, usize, u64) {
         (T::WIRE_NAME, size_of::<T>(), hash(names::<T>().as_bytes()))

@@ -44,6 +44,10 @@ pub struct Arguments {
     #[arg(long)]
     pub real_time: bool,
 
+    /// End where the system refuses policy, core or locked memory that the configuration asks for ([real_time]); else that is a warning.
+    #[arg(long, requires = "real_time")]
+    pub require_real_time: bool,
+
     /// The processes that must be ready before this one begins (simulator), in place of those it needs at least.
     #[arg(long, value_name = "PROCESS", value_delimiter = ',', value_parser = process)]
     pub wait_for: Vec<Process>,

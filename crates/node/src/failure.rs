@@ -59,6 +59,12 @@ pub enum Failure {
     /// What shall be kept cannot be stored: the disk is full or fails.
     #[error("storage failed")]
     Storage(#[source] Box<dyn Error + Send + Sync>),
+    /// The system does not grant what running by the clock needs, and that was demanded.
+    #[error("--require-real-time: {}", refused.join("; "))]
+    Rights {
+        /// What was refused, and what to grant.
+        refused: Vec<String>,
+    },
     /// Too many deadlines were missed.
     #[error("{misses} deadlines in a row were missed")]
     Deadline {
@@ -99,7 +105,7 @@ impl Failure {
             }
             Self::Publish(_) | Self::Receive(_) | Self::Running(_) => ExitCode::Failed,
             Self::Join(bus::JoinError::Occupied { .. }) => ExitCode::Occupied,
-            Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } => ExitCode::Start,
+            Self::Join(_) | Self::Port(_) | Self::OwnerGone { .. } | Self::Rights { .. } => ExitCode::Start,
             Self::SafetyStop { reason: Reason::NotSettled, .. } => ExitCode::NotSettled,
             Self::PeerDied { .. } | Self::SafetyStop { .. } => ExitCode::SafetyStop,
             Self::Deadline { .. } => ExitCode::Deadlines,
@@ -168,6 +174,7 @@ mod tests {
             (Failure::Join(no_owner), ExitCode::Start, Reason::None),
             (Failure::Join(occupied), ExitCode::Occupied, Reason::None),
             (Failure::OwnerGone { domain: "d".to_string() }, ExitCode::Start, Reason::None),
+            (Failure::Rights { refused: vec!["a core".to_string()] }, ExitCode::Start, Reason::None),
             (died, ExitCode::SafetyStop, Reason::InputMissing),
             (Failure::safety(Reason::SolverFailed, "again"), ExitCode::SafetyStop, Reason::SolverFailed),
             (Failure::Deadline { misses: 9 }, ExitCode::Deadlines, Reason::Deadline),

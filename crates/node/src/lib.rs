@@ -4,7 +4,7 @@
 //! and in which order messages are waited for and published. [`main`] does the rest, the same for all processes:
 //!
 //! ```text
-//! soleus-NAME --config FILE [--set KEY=VALUE]... [--domain NAME] [--check] [--real-time] [--wait-for P,Q] [--log-format F]
+//! soleus-NAME --config FILE [--set KEY=VALUE]... [--domain NAME] [--check] [--real-time [--require-real-time]] [--wait-for P,Q] [--log-format F]
 //! ```
 //!
 //! # Exit codes
@@ -58,24 +58,30 @@
 //! ```
 
 mod arguments;
+mod diagnostics;
 mod exit;
 mod failure;
 mod processor;
 mod program;
 mod real_time;
+mod rights;
 mod shell;
 mod stop;
 mod system;
+mod teller;
+mod timing;
 
 pub use arguments::{Arguments, LogFormat};
+pub use diagnostics::start_diagnostics;
 pub use exit::ExitCode;
 pub use failure::{Failure, error_chain};
 pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
-pub use real_time::{Pacer, Policy, clock_monotonic_ns};
+pub use real_time::{Pacer, clock_monotonic_ns};
+pub use rights::Rights;
 pub use shell::Shell;
 pub use stop::{START_PATIENCE, Stop};
-pub use system::{die_with_parent, interrupt, kill, pause, resume, terminate};
+pub use system::{die_with_parent, interrupt, kill, pause, resume, sleep_until_ns, terminate};
 
 /// Version and commit of this build, as `--version` prints them and logs record them.
 pub const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SOLEUS_COMMIT"), ")");
@@ -96,18 +102,4 @@ pub fn say(text: &str) -> std::io::Result<()> {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         said => said,
     }
-}
-
-/// Begins diagnostics on standard error: `RUST_LOG` chooses, `info` if it says nothing.
-pub fn start_diagnostics(format: LogFormat) {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info"));
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
-    // Where nobody listens, complaining of it would end the process.
-    let builder = builder.log_internal_errors(false);
-    // Fails only if diagnostics have begun already, as in a test that runs several programs; then they go there.
-    let _ = match format {
-        LogFormat::Text => builder.with_ansi(false).try_init(),
-        LogFormat::Json => builder.json().try_init(),
-    };
 }

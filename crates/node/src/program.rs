@@ -5,6 +5,8 @@ use crate::exit::ExitCode;
 use crate::failure::Failure;
 use crate::shell::Shell;
 use clap::{CommandFactory, FromArgMatches};
+use lateness::RightsSettings;
+use messages::CONTROL_PERIOD_NS;
 use messages::code::{Process, Reason, State};
 use scenario::Config;
 use serde::de::DeserializeOwned;
@@ -18,12 +20,19 @@ pub trait Program: Sized {
     const ABOUT: &'static str;
     /// What its configuration file holds.
     type Settings: DeserializeOwned;
+    /// From a tick's time, until when the answer must be out (ns): later, nobody uses it.
+    const ANSWER_DEADLINE_NS: u64 = CONTROL_PERIOD_NS;
 
     /// Builds everything that needs no other process. `--check` ends after it.
     ///
     /// # Errors
     /// [`Failure::unusable`] with the reason.
     fn build(settings: Self::Settings) -> Result<Self, Failure>;
+
+    /// What it asks of the system with `--real-time`: section `[real_time]` of its configuration.
+    fn rights(_settings: &Self::Settings) -> RightsSettings {
+        RightsSettings::default()
+    }
 
     /// Fingerprint of the robot, whose messages alone are taken; `None`: any robot's.
     fn robot_fingerprint(&self) -> Option<u64>;
@@ -70,9 +79,13 @@ pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> ExitCod
     crate::keep_files_private();
     crate::start_diagnostics(arguments.log_format);
     match run_with::<P>(&arguments) {
-        Ok(()) => ExitCode::Done,
+        Ok(()) => {
+            crate::diagnostics::flush();
+            ExitCode::Done
+        }
         Err(failure) => {
             tracing::error!("{}: {}", P::PROCESS, failure.chain());
+            crate::diagnostics::flush();
             failure.exit_code()
         }
     }
@@ -80,12 +93,15 @@ pub fn run<P: Program>(arguments: impl IntoIterator<Item = OsString>) -> ExitCod
 
 fn run_with<P: Program>(arguments: &Arguments) -> Result<(), Failure> {
     let config = Config::read(&arguments.config)?.with_settings(&arguments.settings);
-    let mut program = P::build(config.parse()?).map_err(|failure| failure.in_file(&arguments.config))?;
+    let settings: P::Settings = config.parse()?;
+    let rights = P::rights(&settings);
+    let checked = rights.check().map_err(Failure::unusable).and_then(|()| P::build(settings));
+    let mut program = checked.map_err(|failure| failure.in_file(&arguments.config))?;
     if arguments.check {
         let models: String = program.models().iter().map(|model| format!("# {model}\n")).collect();
         return crate::say(&format!("{models}{}", config.effective_text())).map_err(Failure::running);
     }
-    let opened = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments);
+    let opened = Shell::open(P::PROCESS, program.robot_fingerprint(), arguments, &rights, P::ANSWER_DEADLINE_NS);
     // Who came as the owner left may have made what nobody else knows of.
     let mut shell = opened.inspect_err(|_| bus::remove_abandoned(&arguments.domain))?;
     let end = program.run(&mut shell);

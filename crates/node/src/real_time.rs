@@ -8,39 +8,6 @@ pub fn clock_monotonic_ns() -> u64 {
     system::clock_monotonic_ns()
 }
 
-/// Under which policy a process really runs, read back from the system.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Policy {
-    /// Priority under SCHED_FIFO; `None` under the ordinary policy.
-    pub fifo_priority: Option<i32>,
-    /// Whether all memory is locked.
-    pub memory_locked: bool,
-}
-
-impl Policy {
-    /// Asks for SCHED_FIFO and locked memory and says what it got. What was refused, and how it can be granted, is a warning:
-    /// the process runs on, visibly marked in its health.
-    pub fn enter(priority: i32) -> Self {
-        let memory_locked = match system::lock_memory() {
-            Ok(()) => true,
-            Err(refusal) => {
-                tracing::warn!("memory cannot be locked ({refusal}): grant LimitMEMLOCK=infinity, or CAP_IPC_LOCK");
-                false
-            }
-        };
-        if let Err(refusal) = system::schedule_fifo(priority) {
-            tracing::warn!(
-                "SCHED_FIFO {priority} is refused ({refusal}): grant LimitRTPRIO={priority}, or CAP_SYS_NICE"
-            );
-        }
-        let fifo_priority = match system::scheduling() {
-            (libc::SCHED_FIFO, priority) => Some(priority),
-            _ => None,
-        };
-        Self { fifo_priority, memory_locked }
-    }
-}
-
 /// Absolute times, one control period apart.
 #[derive(Debug, Clone)]
 pub struct Pacer {

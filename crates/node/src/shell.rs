@@ -3,9 +3,12 @@
 use crate::arguments::Arguments;
 use crate::exit::ExitCode;
 use crate::failure::Failure;
-use crate::real_time::{Policy, clock_monotonic_ns};
+use crate::real_time::clock_monotonic_ns;
+use crate::rights::Rights;
 use crate::stop::{START_PATIENCE, Stop};
+use crate::timing::Timing;
 use bus::{Domain, Pattern, PatternPublisher, PatternSubscriber, Publisher, Robot, Subscriber};
+use lateness::RightsSettings;
 use messages::code::{Process, Reason, State};
 use messages::{CONTROL_PERIOD_NS, Header, Health, MAX_PHASES, Message, Topic, topic};
 use std::time::{Duration, Instant};
@@ -18,8 +21,6 @@ const HEARTBEAT: Duration = Duration::from_millis(100);
 const LOOK_AROUND: Duration = Duration::from_millis(500);
 /// How long a process whose work is over waits to be asked to stop.
 const LINGER: Duration = Duration::from_secs(10);
-/// Priority under SCHED_FIFO: below the kernel's own threads at 50 and above.
-const FIFO_PRIORITY: i32 = 40;
 /// Ticks by which the recorder may lag in lock-step.
 const RECORDER_LAG_TICKS: i64 = 32;
 
@@ -37,6 +38,7 @@ pub struct Shell {
     cycle_start_ns: u64,
     computing_since_ns: Option<u64>,
     compute_time_ns: u64,
+    timing: Timing,
     heartbeat: Instant,
     look_around: Instant,
     // After all ports.
@@ -48,8 +50,13 @@ impl Shell {
         process: Process,
         robot_fingerprint: Option<u64>,
         arguments: &Arguments,
+        asked: &RightsSettings,
+        answer_deadline_ns: u64,
     ) -> Result<Self, Failure> {
         let stop = Stop::on_signals().map_err(Failure::running)?;
+        // Before threads and ports are made.
+        let mut rights = if arguments.real_time { Rights::lock_memory(asked) } else { Rights::default() };
+        let timing = Timing::new(process, answer_deadline_ns, arguments.real_time);
         let joining = format!("joining domain `{}`", arguments.domain);
         let join = || Domain::join(&arguments.domain, process, OWNER_PATIENCE);
         let domain = stop.bound(&joining, START_PATIENCE, ExitCode::Done, join)?;
@@ -60,9 +67,17 @@ impl Shell {
         figures.process_id = std::process::id();
         figures.recorder.stored_tick = -1;
         if arguments.real_time {
-            let policy = Policy::enter(FIFO_PRIORITY);
-            figures.real_time_policy = u32::from(policy.fifo_priority.is_some());
-            tracing::info!("{process} runs by the clock: {policy:?}");
+            crate::diagnostics::hand_over();
+            rights.enter(asked);
+            figures.real_time_policy = u32::from(rights.fifo_priority > 0);
+            figures.real_time_priority = rights.fifo_priority;
+            figures.core_plus_one = rights.core.map_or(0, |core| core + 1);
+            figures.memory_locked = u32::from(rights.memory_locked);
+            tracing::info!("{process} runs by the clock: {rights}");
+            if arguments.require_real_time && !rights.refused.is_empty() {
+                return Err(Failure::Rights { refused: rights.refused });
+            }
+            rights.refused.iter().for_each(|refused| tracing::warn!("{refused}"));
         }
         let now = Instant::now();
         let mut shell = Self {
@@ -78,6 +93,7 @@ impl Shell {
             cycle_start_ns: 0,
             computing_since_ns: None,
             compute_time_ns: 0,
+            timing,
             heartbeat: now,
             look_around: now,
             domain,
@@ -157,6 +173,7 @@ impl Shell {
     pub fn announce(&mut self, state: State, reason: Reason) -> Result<(), Failure> {
         self.figures.state = state.code();
         self.figures.reason = reason.code();
+        self.timing.look_at_all(&mut self.figures.timing);
         tracing::info!("{}: {state} {reason}", self.process);
         self.report()
     }
@@ -310,9 +327,26 @@ impl Shell {
         Ok(goes_on)
     }
 
+    /// Woken for a tick of this time (`clock_monotonic_ns` of the state's header, or what the grid says); zero: in lock-step. Before
+    /// [`Shell::cycle_starts`], which says that all other inputs are there as well.
+    pub fn cycle_wakes(&mut self, tick_ns: u64) {
+        self.timing.woke(tick_ns, clock_monotonic_ns());
+    }
+
+    /// A step of the cycle has ended, for an overrun to name.
+    pub fn step_done(&mut self, name: &'static str) {
+        self.timing.watch().step_done(name, clock_monotonic_ns());
+    }
+
+    /// The answer of this cycle is out.
+    pub fn published(&mut self) {
+        self.timing.watch().published(clock_monotonic_ns());
+    }
+
     /// A cycle begins: its inputs are there.
     pub fn cycle_starts(&mut self) {
         let now_ns = clock_monotonic_ns();
+        self.timing.watch().inputs_there(now_ns);
         if self.figures.cycles > 0 {
             self.figures.cycle_time_ns = now_ns - self.cycle_start_ns;
         }
@@ -348,9 +382,11 @@ impl Shell {
         figures.compute_time_ns = self.compute_time_ns;
         figures.compute_time_sum_ns += self.compute_time_ns;
         figures.compute_time_max_ns = figures.compute_time_max_ns.max(self.compute_time_ns);
-        if self.real_time && self.compute_time_ns > CONTROL_PERIOD_NS {
+        if self.real_time && !self.timing.has_time() && self.compute_time_ns > CONTROL_PERIOD_NS {
+            // Without a stamp lateness is not known; this much is.
             figures.misses += 1;
         }
+        self.timing.ended(tick, clock_monotonic_ns(), figures);
         self.report()
     }
 

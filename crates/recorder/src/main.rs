@@ -4,6 +4,7 @@
 //! lost. Asked to stop, it stores what is still there, then finishes the file.
 
 use bus::{PatternSubscriber, PortError, ReceiveError, Robot, Subscriber};
+use lateness::RightsSettings;
 use messages::code::{Process, Reason, State};
 use messages::topic::{Element, Visitor, visit};
 use messages::{MAX_PHASES, Message, Topic};
@@ -30,6 +31,10 @@ impl Program for RecorderProcess {
     fn build(mut settings: RecorderSettings) -> Result<Self, Failure> {
         settings.read_robot().map_err(Failure::unusable)?;
         Ok(Self(settings))
+    }
+
+    fn rights(settings: &Self::Settings) -> RightsSettings {
+        settings.real_time
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {

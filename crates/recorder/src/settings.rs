@@ -1,5 +1,6 @@
 //! `config/recorder.toml`, where every key is documented, and what is read with it.
 
+use lateness::RightsSettings;
 use recording::{Follower, Link, RunInfo, ViewerSettings};
 use robot::{Robot, RobotError};
 use robot_model::{Motion, RobotModelError};
@@ -23,6 +24,13 @@ struct File {
     flush_period_s: f64,
     contact_every_ticks: i64,
     scene_every_ticks: i64,
+    #[serde(default = "own_rights")]
+    real_time: RightsSettings,
+}
+
+/// What the recorder asks of the system by the clock.
+fn own_rights() -> RightsSettings {
+    RightsSettings::background(0)
 }
 
 /// Settings of the recorder, checked.
@@ -51,6 +59,8 @@ pub struct RecorderSettings {
     pub contact_every_ticks: i64,
     /// What the viewers' messages need to know.
     pub viewer: ViewerSettings,
+    /// What it asks of the system by the clock.
+    pub real_time: RightsSettings,
 }
 
 /// A setting is out of its range.
@@ -110,6 +120,7 @@ impl TryFrom<File> for RecorderSettings {
             flush_period_s: file.flush_period_s,
             contact_every_ticks: file.contact_every_ticks,
             viewer: ViewerSettings { scene_every_ticks: file.scene_every_ticks, ..ViewerSettings::default() },
+            real_time: file.real_time,
         })
     }
 }
@@ -244,6 +255,7 @@ mod tests {
             flush_period_s: 1.0,
             contact_every_ticks: 1,
             viewer: ViewerSettings::default(),
+            real_time: RightsSettings::default(),
         }
     }
 

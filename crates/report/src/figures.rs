@@ -127,4 +127,49 @@ pub struct ProcessTimes {
     pub misses: u64,
     /// Inputs that were missing or came too late.
     pub late: u64,
+    /// How it kept the clock; `None` in lock-step.
+    #[serde(default)]
+    pub clock: Option<ClockTimes>,
+}
+
+/// How a process kept the clock, against the ticks' times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ClockTimes {
+    /// From the tick's time to when its thread ran.
+    pub woke: Lateness,
+    /// To when its inputs were there.
+    pub inputs: Lateness,
+    /// To when its answer was out.
+    pub published: Lateness,
+    /// Time of the processor in a cycle.
+    pub processor: Lateness,
+    /// Wake-ups that were late.
+    pub late_wakes: u64,
+    /// Answers that were late.
+    pub late_answers: u64,
+    /// How often it moved the clock grid.
+    pub slips: u64,
+    /// Minor and major page faults of its thread since the clock began.
+    pub page_faults: [u64; 2],
+    /// Priority under SCHED_FIFO; zero: ordinary.
+    pub priority: u32,
+    /// The only core it may run on.
+    pub core: Option<u32>,
+    /// Whether its memory is locked.
+    pub memory_locked: bool,
+}
+
+/// Percentiles of a time (ns); `None` where the cycles are too few.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Lateness {
+    /// Cycles.
+    pub count: u64,
+    /// Median.
+    pub p50_ns: Option<u64>,
+    /// What 99 of 100 do not exceed.
+    pub p99_ns: Option<u64>,
+    /// What 999 of 1000 do not exceed.
+    pub p999_ns: Option<u64>,
+    /// The largest.
+    pub max_ns: u64,
 }

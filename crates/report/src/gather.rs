@@ -1,12 +1,12 @@
 //! From messages to figures.
 
-use crate::figures::{ControllerSteps, Feedback, ProcessTimes, WalkFigures};
+use crate::figures::{ClockTimes, ControllerSteps, Feedback, Lateness, ProcessTimes, WalkFigures};
 use crate::limbs::BitTicks;
 use crate::{Estimates, ReportSettings, Tracking, Verdict};
 use messages::code::{Fall, Limit, Mode, Process, Reason};
 use messages::{
-    CONTROL_PERIOD_NS, CONTROL_PERIOD_S, Health, PatternHeader, PatternPhase, RobotCommand, RobotState,
-    SoleDeformation, Truth, WalkStart,
+    CONTROL_PERIOD_NS, CONTROL_PERIOD_S, Health, LatenessFigures, PatternHeader, PatternPhase, RobotCommand,
+    RobotState, SoleDeformation, Truth, WalkStart,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -261,6 +261,7 @@ impl Gather {
                 over_period: sorted.iter().filter(|time| **time > CONTROL_PERIOD_NS).count() as u64,
                 misses: health.misses,
                 late: health.late,
+                clock: clock(health),
             };
             processes.insert(process.word().to_string(), times);
         }
@@ -271,6 +272,32 @@ impl Gather {
         let (cycles, time_ns) = self.paced;
         (time_ns > 0).then(|| (cycles * CONTROL_PERIOD_NS) as f64 / time_ns as f64)
     }
+}
+
+/// How a process kept the clock, as it said itself; `None` if no tick had a time.
+fn clock(health: &Health) -> Option<ClockTimes> {
+    let some = |ns: u64| (ns > 0).then_some(ns);
+    let told = |figures: &LatenessFigures| Lateness {
+        count: figures.count,
+        p50_ns: some(figures.p50_ns),
+        p99_ns: some(figures.p99_ns),
+        p999_ns: some(figures.p999_ns),
+        max_ns: figures.max_ns,
+    };
+    let timing = &health.timing;
+    (timing.woke.count > 0).then(|| ClockTimes {
+        woke: told(&timing.woke),
+        inputs: told(&timing.inputs),
+        published: told(&timing.published),
+        processor: told(&timing.processor),
+        late_wakes: health.late_wakes,
+        late_answers: health.late_answers,
+        slips: health.clock_slips,
+        page_faults: [health.minor_faults, health.major_faults],
+        priority: health.real_time_priority,
+        core: health.core_plus_one.checked_sub(1),
+        memory_locked: health.memory_locked == 1,
+    })
 }
 
 /// Where the body faces.

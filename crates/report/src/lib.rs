@@ -31,10 +31,10 @@ mod tracking;
 mod verdict;
 
 pub use estimates::Estimates;
-pub use figures::{ControllerSteps, Feedback, ProcessTimes, WalkFigures};
+pub use figures::{ClockTimes, ControllerSteps, Feedback, Lateness, ProcessTimes, WalkFigures};
 pub use gather::{Gather, Said};
 pub use limbs::JointTicks;
-pub use page::{Page, PageError, PageSettings, compare, page};
+pub use page::{Chart, Page, PageError, PageSettings, Table, compare, page, sheet};
 pub use settings::ReportSettings;
 pub use spread::Spread;
 pub use table::table;

@@ -1,6 +1,7 @@
 //! The figures as a table for a terminal; its rows are also those of the page.
 
 use crate::WalkFigures;
+use crate::figures::{ClockTimes, Lateness};
 use crate::limbs::JointTicks;
 use std::fmt::Write;
 
@@ -117,6 +118,9 @@ pub(crate) fn rows(figures: &WalkFigures, joints: &[String]) -> Vec<(String, Str
         };
         row(&format!("tick, {process}"), format!("{usual}, {max:.3} ms max{over}"));
     }
+    for (process, clock) in figures.processes.iter().filter_map(|(name, times)| Some((name, times.clock.as_ref()?))) {
+        row(&format!("clock, {process}"), clock_words(clock));
+    }
     if let Some(speed) = figures.times_real_time {
         row("speed", format!("{speed:.2} x real time"));
     }
@@ -128,6 +132,39 @@ pub(crate) fn rows(figures: &WalkFigures, joints: &[String]) -> Vec<(String, Str
         row("not recorded", format!("{} messages", figures.messages_not_recorded));
     }
     rows
+}
+
+/// How a process kept the clock, in a line: lateness of its wake-ups and answers, what went wrong, its rights.
+fn clock_words(clock: &ClockTimes) -> String {
+    let us = |ns: u64| format!("{:.0}", ns as f64 * 1e-3);
+    let lateness = |times: &Lateness| {
+        let percentile = |name: &str, ns: Option<u64>| ns.map(|ns| format!("{name} {}, ", us(ns))).unwrap_or_default();
+        format!(
+            "{}{}{}max {} us",
+            percentile("p50", times.p50_ns),
+            percentile("p99", times.p99_ns),
+            percentile("p99.9", times.p999_ns),
+            us(times.max_ns)
+        )
+    };
+    let mut words =
+        format!("woke {}; answered {}; {} ticks", lateness(&clock.woke), lateness(&clock.published), clock.woke.count);
+    let [minor, major] = clock.page_faults;
+    for (count, what) in [
+        (clock.late_wakes, "late wake-ups"),
+        (clock.late_answers, "late answers"),
+        (clock.slips, "slips of the clock"),
+        (minor, "minor page faults"),
+        (major, "major page faults"),
+    ] {
+        if count > 0 {
+            words += &format!("; {count} {what}");
+        }
+    }
+    let policy = if clock.priority > 0 { format!("SCHED_FIFO {}", clock.priority) } else { "ordinary".to_string() };
+    let core = clock.core.map(|core| format!(" on core {core}")).unwrap_or_default();
+    let memory = if clock.memory_locked || clock.priority == 0 { "" } else { ", memory not locked" };
+    words + &format!("; {policy}{core}{memory}")
 }
 
 /// Most joints that are named.
@@ -149,7 +186,7 @@ fn joint_ticks(there: &[JointTicks], names: &[String]) -> String {
 mod tests {
     use crate::{Gather, ReportSettings, Said, table};
     use messages::code::{Limit, Process, Reason, State};
-    use messages::{Health, Truth};
+    use messages::{Health, LatenessFigures, Truth};
 
     fn told(gather: &Gather) -> String {
         table(&gather.finish(&ReportSettings::default()))
@@ -194,6 +231,22 @@ mod tests {
         for told in ["joint 3 1 ticks", "joint 9 1 ticks", "5 messages\n"] {
             assert!(table.contains(told), "no `{told}` in {table}");
         }
+    }
+
+    #[test]
+    fn the_clock_is_told_where_there_is_one() {
+        let mut gather = Gather::default();
+        let mut health = Health { cycles: 12_000, ..Health::new(Process::Controller, State::Running, Reason::None) };
+        gather.take(Said::Health(&health));
+        assert!(!told(&gather).contains("clock, controller"), "lock-step");
+        health.timing.woke =
+            LatenessFigures { count: 12_000, p50_ns: 51_000, p99_ns: 271_000, p999_ns: 0, max_ns: 4_594_000 };
+        health.timing.published.max_ns = 900_000;
+        (health.late_answers, health.minor_faults, health.real_time_priority, health.core_plus_one) = (2, 4, 65, 2);
+        gather.take(Said::Health(&health));
+        let expected = "woke p50 51, p99 271, max 4594 us; answered max 900 us; 12000 ticks; 2 late answers; 4 minor page faults; \
+                        SCHED_FIFO 65 on core 1, memory not locked\n";
+        assert!(told(&gather).contains(expected), "{}", told(&gather));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The simulator over the bus: commands move the robot, its state wakes the others.
 
+use lateness::RightsSettings;
 use messages::code::{Process, Reason};
 use messages::topic;
 use node::{End, Failure, Program, Shell};
@@ -24,6 +25,10 @@ impl Program for Simulate {
         let process = SimulatorProcess::with_store(settings, &mut soles).map_err(Failure::unusable)?;
         soles.starts().iter().for_each(|start| tracing::info!("{start}"));
         Ok(Self { process, soles })
+    }
+
+    fn rights(settings: &Self::Settings) -> RightsSettings {
+        settings.real_time
     }
 
     fn robot_fingerprint(&self) -> Option<u64> {

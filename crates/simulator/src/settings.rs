@@ -1,5 +1,6 @@
 //! The simulator's configuration.
 
+use lateness::RightsSettings;
 use multibody::Model;
 use plant::ground::GroundShape;
 use plant::sensor::SensorSettings;
@@ -29,6 +30,14 @@ pub struct SimulatorSettings {
     /// The plant. Drives that it does not name come from the robot's folder.
     #[serde(default)]
     pub plant: PlantSettings,
+    /// What it asks of the system by the clock.
+    #[serde(default = "own_rights")]
+    pub real_time: RightsSettings,
+}
+
+/// What the simulator asks of the system by the clock.
+fn own_rights() -> RightsSettings {
+    RightsSettings::fifo(70, 0)
 }
 
 /// When the run ends.

@@ -1,5 +1,6 @@
 //! The estimator's configuration: read by the estimator, which walks by it, and by the planner, which certifies with it.
 
+use lateness::RightsSettings;
 use ranges::{OutOfRange, Range};
 use robot::Robot;
 use serde::Deserialize;
@@ -34,6 +35,14 @@ pub struct EstimatorSettings {
     /// Tolerances and limits of one tick.
     #[serde(default)]
     pub solver: SolverSettings,
+    /// What it asks of the system by the clock.
+    #[serde(default = "own_rights")]
+    pub real_time: RightsSettings,
+}
+
+/// What the estimator asks of the system by the clock.
+fn own_rights() -> RightsSettings {
+    RightsSettings::fifo(60, 1)
 }
 
 fn touch_down_force_n() -> f64 {

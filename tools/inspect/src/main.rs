@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout)] // results go to stdout
 
 mod door;
+mod driver_check;
 mod dynamics;
 mod figures;
 mod friction;
@@ -44,6 +45,8 @@ enum Subcommand {
     Recording(recording::Arguments),
     /// Recorded walks in figures, as a table or as JSON.
     Figures(figures::Arguments),
+    /// A robot's driver at work in a domain: order, stamps, skipped ticks, ranges, locks.
+    DriverCheck(driver_check::Arguments),
     /// The page of a recorded walk: figures, ground track, replay; one file for any browser.
     Report(report::Arguments),
     /// The page of two recorded walks, one over the other.
@@ -59,6 +62,7 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::Pattern(arguments) => pattern::run(arguments),
         Subcommand::Recording(arguments) => recording::run(arguments),
         Subcommand::Figures(arguments) => figures::run(arguments),
+        Subcommand::DriverCheck(arguments) => driver_check::run(arguments),
         Subcommand::Report(arguments) => report::run(arguments),
         Subcommand::Compare(arguments) => report::compare(arguments),
     }

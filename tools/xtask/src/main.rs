@@ -7,6 +7,7 @@ mod check;
 mod circles;
 mod faults;
 mod fuzz;
+mod latency;
 mod licenses;
 mod metadata;
 mod readme;
@@ -45,6 +46,19 @@ enum Task {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
+    /// Lateness by the clock, judged against what the machine can do: `--rounds 6 --seconds 30 --load none|stress --absolute` (in release;
+    /// `-- --help` has all options). Ends with 77 where the machine is unusable.
+    Latency {
+        /// Options of `soleus-latency campaign`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
+    /// Speed against error by the clock: a walk per level of soles, patches and friction cone, one table (in release).
+    Levels {
+        /// Options of `soleus-latency levels`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<OsString>,
+    },
     /// Compare choices of `target-cpu` on the benchmarks of the hot paths.
     TargetCpu,
     /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
@@ -61,6 +75,8 @@ fn main() -> anyhow::Result<()> {
         Task::Rules => check::rules_and_licenses(),
         Task::Faults { walks, seed } => faults::campaign(walks, seed),
         Task::Fuzz { cases } => fuzz::fuzz(cases),
+        Task::Latency { arguments } => latency::measure("campaign", &arguments),
+        Task::Levels { arguments } => latency::measure("levels", &arguments),
         Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
     }

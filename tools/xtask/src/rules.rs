@@ -12,6 +12,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("qp", &[]),
     ("friction", &[]),
     ("ranges", &[]),
+    // Times against the tick's, and how they are judged: told by processes, by the latency test.
+    ("lateness", &["ranges"]),
     // Models.
     ("multibody", &["spatial"]),
     ("sole_mesh", &["spatial"]),
@@ -36,11 +38,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // Before anybody walks: what the body adds to the cart-table, what joints and drives need.
     ("rehearsal", &["pattern", "spatial", "stance", "tracking", "wholebody"]),
     // The estimator walks by it, and the planner certifies with it: one function.
-    ("stance", &["pattern", "ranges", "robot", "sole", "soles", "spatial"]),
+    ("stance", &["lateness", "pattern", "ranges", "robot", "sole", "soles", "spatial"]),
     ("messages", &["pattern", "spatial"]),
     ("bus", &["messages"]),
     ("recording", &["files", "messages"]),
-    ("node", &["bus", "messages", "scenario"]),
+    ("node", &["bus", "lateness", "messages", "scenario"]),
     // Processes.
     (
         "soleus-planner",
@@ -67,12 +69,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "soleus-estimator",
-        &["bus", "messages", "node", "pattern", "ranges", "robot", "scenario", "sole", "soles", "spatial", "stance"],
+        &[
+            "bus", "lateness", "messages", "node", "pattern", "ranges", "robot", "scenario", "sole", "soles",
+            "spatial", "stance",
+        ],
     ),
     (
         "soleus-controller",
         &[
             "bus",
+            "lateness",
             "messages",
             "multibody",
             "node",
@@ -91,6 +97,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "soleus-simulator",
         &[
             "bus",
+            "lateness",
             "messages",
             "multibody",
             "node",
@@ -105,7 +112,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "spatial",
         ],
     ),
-    ("soleus-recorder", &["bus", "files", "messages", "node", "recording", "robot", "robot_model", "scenario"]),
+    (
+        "soleus-recorder",
+        &["bus", "files", "lateness", "messages", "node", "recording", "robot", "robot_model", "scenario"],
+    ),
     (
         "soleus-replayer",
         &[
@@ -145,11 +155,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "soleus-inspect",
         &[
+            // Looking on while a system runs.
+            "bus",
             "files",
             "friction",
             "gait",
             "messages",
             "multibody",
+            "node",
             "pattern",
             "qp",
             "recording",
@@ -161,6 +174,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "spatial",
         ],
     ),
+    ("soleus-latency", &["bus", "lateness", "messages", "node", "recording", "report", "scenario"]),
     ("xtask", &[]),
     ("mutation", &[]),
     // Tests: what the harness uses; the cases may use everything.
@@ -183,6 +197,7 @@ const MUST_NOT_REACH: &[(&str, &[&str])] = &[
     ("qp", OUTSIDE),
     ("pattern", OUTSIDE),
     ("spatial", OUTSIDE),
+    ("lateness", OUTSIDE),
 ];
 
 /// What mathematics has nothing to do with: other processes, files of recordings, terminals, diagnostics.

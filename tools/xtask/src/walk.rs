@@ -14,11 +14,7 @@ const PACKAGES: [&str; 6] =
 /// Builds the binaries in release and becomes the launcher of a scenario.
 pub fn walk(arguments: &[OsString]) -> anyhow::Result<()> {
     let metadata = Metadata::read()?;
-    let mut build = cargo();
-    build.args(["build", "--release", "--bins"]);
-    build.args(PACKAGES.iter().flat_map(|package| ["--package", package]));
-    let status = build.status().context("cannot run cargo")?;
-    ensure!(status.success(), "the build failed");
+    build(&[])?;
     let (scenario, options) = match arguments.split_first() {
         Some((first, rest)) if !first.as_encoded_bytes().starts_with(b"-") => {
             (scenario_file(&metadata.root, first), rest)
@@ -26,14 +22,27 @@ pub fn walk(arguments: &[OsString]) -> anyhow::Result<()> {
         _ => (scenario_file(&metadata.root, OsStr::new("flat")), arguments),
     };
     let launcher = metadata.target.join("release/soleus-launch");
-    let mut command = Command::new(&launcher);
+    // Replaces this process, so that Ctrl-C and the exit code are the launcher's own.
+    let error = with_cache(Command::new(&launcher), &metadata).arg(scenario).args(options).exec();
+    Err(error).with_context(|| format!("cannot start {}", launcher.display()))
+}
+
+/// Builds what a walk needs, and more packages, in release.
+pub fn build(more: &[&str]) -> anyhow::Result<()> {
+    let mut build = cargo();
+    build.args(["build", "--release", "--bins"]);
+    build.args(PACKAGES.iter().chain(more).flat_map(|package| ["--package", package]));
+    let status = build.status().context("cannot run cargo")?;
+    ensure!(status.success(), "the build failed");
+    Ok(())
+}
+
+/// With condensed soles kept beside the build: they belong to it, and go with `cargo clean`.
+pub fn with_cache(mut command: Command, metadata: &Metadata) -> Command {
     if std::env::var_os("SOLEUS_CACHE").is_none() {
-        // Condensed soles belong to a build, and go with `cargo clean`.
         command.env("SOLEUS_CACHE", metadata.target.join("soles"));
     }
-    // Replaces this process, so that Ctrl-C and the exit code are the launcher's own.
-    let error = command.arg(scenario).args(options).exec();
-    Err(error).with_context(|| format!("cannot start {}", launcher.display()))
+    command
 }
 
 /// A path, or the name of a scenario that ships.

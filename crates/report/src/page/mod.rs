@@ -10,6 +10,7 @@ mod pack;
 mod plots;
 mod replay;
 mod sample;
+mod sheet;
 mod text;
 mod track;
 mod walk;
@@ -20,6 +21,7 @@ use plots::Plot;
 use recording::{ReadError, Recording};
 use sample::Grid;
 use serde_json::{Value, json};
+pub use sheet::{Chart, Table, sheet};
 use text::{html, json_for_html};
 use walk::Walk;
 
