@@ -230,6 +230,10 @@ impl Round {
     pub fn line(&self) -> String {
         let Excused { all, bad, excused } = self.missing;
         let stalls: usize = self.surroundings.references.iter().map(Reference::stalls).sum();
+        let ended = match self.walked.code {
+            0 => String::new(),
+            code => format!("; the launch ended with code {code}"),
+        };
         let state =
             if self.faults.is_empty() { "valid".to_string() } else { format!("INVALID ({})", self.faults.join("; ")) };
         format!(
