@@ -1,19 +1,24 @@
 //! The fault campaign: short walks, each with one fault of a control PC at a random instant.
 //!
-//! `cargo xtask faults --walks N --seed S` runs it; without being asked, no walk is made. The faults are those
+//! `cargo xtask faults --walks N --seed S` runs it; the tests make a few walks. The faults are those
 //! that nobody can keep from happening: a process is killed or stopped, somebody presses Ctrl-C, the disk is full, a second controller
 //! is started. Of none may come a launch without an end, an end without a name, a file that stays, or a recording that is lost.
 
 use crate::alone;
-use harness::{Finished, Launch, PATIENCE, Running, binaries, living_in};
+use harness::{Finished, Launch, PATIENCE, Running, binaries, living_in, may_mount};
 use recording::{Recording, recover};
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use std::fmt;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// After so many seconds of silence a process hangs: less than a launch waits by default, more than a busy machine makes of a moment.
 const HUNG_AFTER_S: &str = "4";
+/// Walks of the campaign where nobody says how many.
+const WALKS_OF_A_TEST: u64 = 4;
 /// The processes of a walk.
 const PROCESSES: [&str; 5] = ["planner", "estimator", "controller", "simulator", "recorder"];
 
@@ -32,21 +37,25 @@ enum Fault {
     KillLauncher,
     /// No byte more for the recorder (RLIMIT_FSIZE).
     FullDisk,
+    /// No byte more on the disk of the run's folder (a tmpfs that is filled).
+    FilledDisk,
     /// A second controller with the configuration of the first.
     SecondController,
 }
 
 impl Fault {
-    fn any(random: &mut fastrand::Rng) -> Self {
+    /// One of all kinds, or of those that need no file system of their own.
+    fn any(random: &mut fastrand::Rng, may_mount: bool) -> Self {
         let process = PROCESSES[random.usize(..PROCESSES.len())];
-        match random.u32(..7) {
+        match random.u32(..if may_mount { 8 } else { 7 }) {
             0 => Self::Kill(process),
             1 => Self::Pause(process),
             2 => Self::Interrupt,
             3 => Self::Terminate,
             4 => Self::KillLauncher,
             5 => Self::FullDisk,
-            _ => Self::SecondController,
+            6 => Self::SecondController,
+            _ => Self::FilledDisk,
         }
     }
 
@@ -68,6 +77,8 @@ impl Fault {
             Self::Interrupt | Self::Terminate => (code == 130 && said.contains("interrupted")) || code == -1,
             // From its first byte on the recorder can neither record nor make its shared memory.
             Self::FullDisk => [3, 9].contains(&code) && (said.contains("the recorder") || said.contains("not whole")),
+            // The recording is broken off; before there was one, logs or the folder could not be written.
+            Self::FilledDisk => [1, 3, 9].contains(&code) && (said.contains("No space left") || said.contains("not whole")),
             // It came before the first one.
             Self::SecondController => code == 7 && said.contains("a living controller (process "),
         }
@@ -100,6 +111,37 @@ fn short_walk() -> Launch {
     Launch::short_walk().set("recorder.flush_period_s=0.05").argument("--hung-after").argument(HUNG_AFTER_S)
 }
 
+/// The file that takes what is left of a disk.
+const FILLER: &str = "of-somebody-else";
+/// A disk on which a short walk has room, until somebody else fills it (bytes).
+const DISK_BYTES: u64 = 64 << 20;
+
+/// Writes until nothing more can be written.
+fn fill(path: &Path) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    while file.write_all(&[1; 4096]).is_ok() {}
+    Ok(())
+}
+
+/// A disk of its own for a folder, as long as it lives.
+struct Disk(PathBuf);
+
+impl Disk {
+    fn mount(folder: PathBuf) -> Self {
+        std::fs::create_dir(&folder).expect("a new folder");
+        let size = format!("size={DISK_BYTES}");
+        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "none"]).arg(&folder).status();
+        assert!(mounted.expect("there is a mount").success(), "root may mount");
+        Self(folder)
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(&self.0).status();
+    }
+}
+
 /// Lets the fault happen; says whether a recording had been begun by then.
 fn happen(fault: Fault, running: &Running) -> bool {
     let recording = running.partial_recording().metadata().is_ok_and(|metadata| metadata.len() > 0);
@@ -122,6 +164,7 @@ fn happen(fault: Fault, running: &Running) -> bool {
             }
             Ok(())
         }
+        Fault::FilledDisk => fill(&running.folder().join(FILLER)),
         Fault::SecondController => {
             let second = Command::new(binaries().join("soleus-controller"))
                 .arg("--config")
@@ -158,10 +201,10 @@ fn number(variable: &str, default: u64) -> u64 {
 #[test]
 fn no_fault_hangs_is_unnamed_or_loses_a_recording() {
     let _alone = alone();
-    let (walks, seed) = (number("SOLEUS_FAULT_WALKS", 0), number("SOLEUS_FAULT_SEED", 1));
-    if walks == 0 {
-        eprintln!("SKIPPED: the campaign is run by `cargo xtask faults --walks N`");
-        return;
+    let (walks, seed) = (number("SOLEUS_FAULT_WALKS", WALKS_OF_A_TEST), number("SOLEUS_FAULT_SEED", 1));
+    let may_mount = may_mount();
+    if !may_mount {
+        eprintln!("SKIPPED: a disk that is filled by somebody else; only who may mount can have one");
     }
     // One that nobody disturbs says how long they take.
     let start = Instant::now();
@@ -171,9 +214,11 @@ fn no_fault_hangs_is_unnamed_or_loses_a_recording() {
     let mut figures = Figures::default();
     for walk in 0..walks {
         let mut random = fastrand::Rng::with_seed(seed.wrapping_add(walk));
-        let fault = Fault::any(&mut random);
+        let fault = Fault::any(&mut random, may_mount);
         let after_s = random.f64() * duration_s;
-        let running = short_walk().start();
+        let launch = short_walk();
+        let disk = matches!(fault, Fault::FilledDisk).then(|| Disk::mount(launch.folder()));
+        let running = launch.start();
         let domain = running.domain().clone();
         std::thread::sleep(Duration::from_secs_f64(after_s));
         let was_recorded = happen(fault, &running);
@@ -185,6 +230,8 @@ fn no_fault_hangs_is_unnamed_or_loses_a_recording() {
         figures.walks += 1;
         figures.undisturbed += u64::from(finished.code() == 0);
         let gone = eventually_within(PATIENCE, || living_in(&domain).is_empty() && domain.leftovers().is_empty());
+        // Who wants to recover a recording makes room first.
+        let _ = std::fs::remove_file(finished.folder().join(FILLER));
         let (told, recorded) = (fault.told(&finished), !was_recorded || is_recorded(&finished));
         figures.unnamed += u64::from(!told);
         figures.files_left += u64::from(!gone);
@@ -199,6 +246,7 @@ fn no_fault_hangs_is_unnamed_or_loses_a_recording() {
             );
         }
         eprintln!("seed {}: {fault:?} after {after_s:.3} s: code {}", seed + walk, finished.code());
+        drop(disk);
     }
     eprintln!("{figures}");
     let bad = figures.hangs + figures.unnamed + figures.files_left + figures.recordings_lost;

@@ -1,7 +1,8 @@
 //! Whose files are whose, and what is left of what did not come about.
 
 use crate::alone;
-use harness::{Launch, binaries, eventually, root};
+use harness::{Launch, binaries, eventually, may_mount, root};
+use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -128,4 +129,48 @@ fn little_memory_is_told_in_words() {
         assert!(!said.contains("panicked"), "{limit}: {said}");
         assert!(output.status.success() || !said.trim().is_empty(), "{limit}: {output:?}");
     }
+}
+
+#[test]
+fn shared_memory_that_fills_up_ends_no_walk() {
+    let _alone = alone();
+    if !may_mount() {
+        eprintln!("SKIPPED: only who may mount can have a small /dev/shm");
+        return;
+    }
+    // Too little for a domain: refused before anything is made.
+    let refused = Launch::short_walk().shared_memory(1 << 20).finish();
+    assert_eq!(refused.code(), 3, "{}", refused.stderr);
+    assert!(refused.stderr.contains("shared memory is nearly full"), "{}", refused.stderr);
+    // Enough, until somebody else takes all that is left, to the last byte.
+    let mut running = Launch::short_walk().set("recorder.flush_period_s=0.05").shared_memory(256 << 20).start();
+    running.wait_until_walking();
+    let filler = format!("/proc/{}/root/dev/shm/of-somebody-else", running.id());
+    let mut file = std::fs::File::create(filler).expect("root may enter");
+    let filled = loop {
+        if let Err(error) = file.write_all(&[1; 4096]) {
+            break error;
+        }
+    };
+    assert_eq!(filled.kind(), std::io::ErrorKind::StorageFull, "{filled}");
+    let run = running.finish();
+    assert_eq!(run.code(), 0, "{}", run.stderr);
+    assert!(run.stdout.contains("recording              complete\n"), "{}", run.stdout);
+}
+
+#[test]
+fn an_older_processor_gets_a_sentence() {
+    let run = |processor: &str| {
+        let controller = binaries().join("soleus-controller");
+        Command::new("qemu-x86_64").args(["-cpu", processor]).arg(controller).arg("--version").output()
+    };
+    let Ok(old) = run("Nehalem") else {
+        eprintln!("SKIPPED: no qemu-x86_64 (Debian: qemu-user) to be an older processor");
+        return;
+    };
+    let said = String::from_utf8_lossy(&old.stderr);
+    assert_eq!(old.status.code(), Some(node::ExitCode::Start.code().into()), "{old:?}");
+    assert!(said.contains("AVX2") && said.contains("target-cpu"), "{said}");
+    let new = run("max").expect("it can be started");
+    assert!(new.status.success(), "{new:?}");
 }

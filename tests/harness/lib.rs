@@ -48,6 +48,7 @@ pub struct Launch {
     settings: Vec<String>,
     arguments: Vec<String>,
     cache: Option<PathBuf>,
+    shared_memory_bytes: Option<u64>,
     domain: DomainName,
     folder: tempfile::TempDir,
 }
@@ -62,6 +63,7 @@ impl Launch {
             settings: Vec::new(),
             arguments: Vec::new(),
             cache: None,
+            shared_memory_bytes: None,
             domain: format!("system-{}-{number}", std::process::id()).parse().expect("short and lower-case"),
             folder: tempfile::tempdir().expect("a temporary folder"),
         }
@@ -95,6 +97,12 @@ impl Launch {
         self
     }
 
+    /// With a `/dev/shm` of its own of so many bytes. Where [`may_mount`] says no, the launch fails.
+    pub fn shared_memory(mut self, bytes: u64) -> Self {
+        self.shared_memory_bytes = Some(bytes);
+        self
+    }
+
     /// Into the folder of a launch before, with what else the command line shall have.
     pub fn again(mut self, before: Finished, arguments: &[&str]) -> Self {
         self.folder = before.folder;
@@ -104,7 +112,17 @@ impl Launch {
 
     /// Starts it.
     pub fn start(self) -> Running {
-        let mut command = Command::new(binaries().join("soleus-launch"));
+        let launcher = binaries().join("soleus-launch");
+        let mut command = match self.shared_memory_bytes {
+            None => Command::new(launcher),
+            Some(bytes) => {
+                // The launcher takes the place of the shell: its process id is the child's.
+                let script = "mount -t tmpfs -o size=\"$0\",mode=1777 none /dev/shm && exec \"$@\"";
+                let mut command = Command::new("unshare");
+                command.args(["--mount", "--", "sh", "-c", script, &bytes.to_string()]).arg(launcher);
+                command
+            }
+        };
         command.arg(&self.scenario).arg("--domain").arg(self.domain.to_string());
         command.arg("--out").arg(self.folder.path().join("run"));
         command.args(&self.arguments);
@@ -255,6 +273,13 @@ impl Finished {
         let left = self.domain.leftovers();
         assert!(left.is_empty(), "left in shared memory: {left:?}\n{}", self.stderr);
     }
+}
+
+/// Whether this user may have file systems of its own: root, in most containers.
+pub fn may_mount() -> bool {
+    let script = "mount -t tmpfs -o size=1m none /dev/shm";
+    let tried = Command::new("unshare").args(["--mount", "--", "sh", "-c", script]).stderr(Stdio::null()).status();
+    tried.is_ok_and(|status| status.success())
 }
 
 /// Runs a process of a recorded walk again: exit code, results, diagnostics.

@@ -252,12 +252,19 @@ impl Domain {
         self.life.iter().for_each(Life::ends_badly);
     }
 
+    /// A port with the memory that it and its connections need: nobody who fills shared memory later can end us by SIGBUS.
+    fn committed<P>(&self, port: Result<P, PortError>) -> Result<P, PortError> {
+        let port = port?;
+        memory::commit(&self.name.prefix())?;
+        Ok(port)
+    }
+
     /// A publisher of a topic.
     ///
     /// # Errors
-    /// When the service cannot be opened, or others publish there already.
+    /// When the service cannot be opened, others publish there already, or shared memory is full.
     pub fn publisher<T: Message>(&self, topic: Topic<T>) -> Result<Publisher<T>, PortError> {
-        Publisher::new(&self.node, topic)
+        self.committed(Publisher::new(&self.node, topic))
     }
 
     /// A subscriber to a topic that keeps up to `depth` messages until they are received.
@@ -270,7 +277,7 @@ impl Domain {
         robot: Robot,
         depth: usize,
     ) -> Result<Subscriber<T>, PortError> {
-        Subscriber::new(&self.node, topic, robot, depth)
+        self.committed(Subscriber::new(&self.node, topic, robot, depth))
     }
 
     /// The publisher of a walking pattern of at most `max_phases` phases.
@@ -278,7 +285,7 @@ impl Domain {
     /// # Errors
     /// As [`Domain::publisher`].
     pub fn pattern_publisher(&self, max_phases: usize) -> Result<PatternPublisher, PortError> {
-        PatternPublisher::new(&self.node, max_phases)
+        self.committed(PatternPublisher::new(&self.node, max_phases))
     }
 
     /// A subscriber to the walking pattern with memory for `max_phases` phases.
@@ -286,6 +293,6 @@ impl Domain {
     /// # Errors
     /// As [`Domain::subscriber`].
     pub fn pattern_subscriber(&self, robot: Robot, max_phases: usize) -> Result<PatternSubscriber, PortError> {
-        PatternSubscriber::new(&self.node, robot, max_phases)
+        self.committed(PatternSubscriber::new(&self.node, robot, max_phases))
     }
 }

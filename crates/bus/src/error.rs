@@ -308,6 +308,9 @@ pub enum PortError {
     /// Its service could not be opened.
     #[error(transparent)]
     Service(#[from] ServiceError),
+    /// There is no shared memory for it.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// The publisher could not be made.
     #[error(
         "cannot publish on `{topic}` (does another process publish there already, is /dev/shm full, or memory limited by `ulimit -v`?)"

@@ -3,7 +3,9 @@
 use crate::error::{MemoryError, User};
 use crate::folder::Folder;
 use crate::runtime::user_id;
-use rustix::fs::{FileType, OFlags};
+use crate::space;
+use rustix::fs::{FallocateFlags, FileType, OFlags, fallocate};
+use rustix::io::Errno;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -104,6 +106,38 @@ fn replace_by_copy(folder: &Folder, prefix: &str, name: &OsStr) -> io::Result<()
     folder.rename(&draft, name)
 }
 
+/// Bytes of a block in which the system counts what a file takes.
+const BLOCK_BYTES: u64 = 512;
+
+/// Takes the memory behind each file of ours that begins so.
+///
+/// A file in shared memory has a size before it has memory; its first touch takes that, and where somebody else has filled `/dev/shm`
+/// meanwhile the toucher is ended by SIGBUS. After this call no touch can fail. Files whose maker is not done with them are left to it.
+pub(crate) fn commit(prefix: &str) -> Result<(), MemoryError> {
+    let failed = |source| MemoryError::File { path: FOLDER.into(), source };
+    let folder = folder().map_err(failed)?;
+    for name in names_in(&folder, prefix).map_err(failed)? {
+        let Ok(stat) = folder.look(&name) else { continue };
+        let size = u64::try_from(stat.st_size).unwrap_or(0);
+        let taken = u64::try_from(stat.st_blocks).unwrap_or(0) * BLOCK_BYTES;
+        if size <= taken || FileType::from_raw_mode(stat.st_mode) != FileType::RegularFile {
+            continue;
+        }
+        let Ok(file) = folder.file(&name, OFlags::RDWR) else { continue };
+        match fallocate(&file, FallocateFlags::KEEP_SIZE, 0, size) {
+            Ok(()) => {}
+            Err(Errno::NOSPC | Errno::NOMEM) => {
+                return Err(MemoryError::Full {
+                    free_bytes: free_bytes().unwrap_or(0),
+                    needed_bytes: space::needed_bytes(),
+                });
+            }
+            Err(error) => return Err(MemoryError::File { path: folder.path().join(&name), source: error.into() }),
+        }
+    }
+    Ok(())
+}
+
 /// Bytes that may still be taken of shared memory; `None` if the system does not say.
 pub(crate) fn free_bytes() -> Option<u64> {
     let space = rustix::fs::statvfs(FOLDER).ok()?;
@@ -155,6 +189,18 @@ mod tests {
         assert_eq!(open.metadata().expect("there").permissions().mode() & 0o777, 0o600);
         assert_eq!(std::fs::read_to_string(&private).expect("ours"), "other");
         assert_eq!(names(&files.0).len(), 2);
+    }
+
+    #[test]
+    fn what_is_committed_has_its_memory() {
+        let files = Files::new("commit");
+        let sparse = files.path("sparse");
+        std::fs::File::create(&sparse).and_then(|file| file.set_len(1 << 20)).expect("writable");
+        let blocks = || std::os::unix::fs::MetadataExt::blocks(&sparse.metadata().expect("there"));
+        assert_eq!(blocks(), 0, "a size is no memory");
+        commit(&files.0).expect("there is room");
+        assert_eq!(blocks() * BLOCK_BYTES, 1 << 20);
+        assert_eq!(sparse.metadata().expect("there").len(), 1 << 20);
     }
 
     #[test]
