@@ -78,7 +78,9 @@ impl Fault {
             // From its first byte on the recorder can neither record nor make its shared memory.
             Self::FullDisk => [3, 9].contains(&code) && (said.contains("the recorder") || said.contains("not whole")),
             // The recording is broken off; before there was one, logs or the folder could not be written.
-            Self::FilledDisk => [1, 3, 9].contains(&code) && (said.contains("No space left") || said.contains("not whole")),
+            Self::FilledDisk => {
+                [1, 3, 9].contains(&code) && (said.contains("No space left") || said.contains("not whole"))
+            }
             // It came before the first one.
             Self::SecondController => code == 7 && said.contains("a living controller (process "),
         }

@@ -14,6 +14,7 @@ use messages::{Health, topic};
 use node::{ExitCode, START_PATIENCE, Stop};
 use report::ReportSettings;
 use scenario::Scenario;
+use std::cell::Cell;
 use std::fmt::Display;
 use std::os::unix::process::ExitStatusExt;
 use std::process::ExitStatus;
@@ -200,11 +201,37 @@ fn rank(ending: &Ending, followed: bool) -> u8 {
     if followed { FOLLOWED } else { ending.code.rank() }
 }
 
+/// Whether those who are stopping are to be killed: when somebody asks once more.
+struct Haste<'a> {
+    stop: &'a Stop,
+    obeyed: Cell<bool>,
+}
+
+impl<'a> Haste<'a> {
+    /// Who has asked before is obeyed from now on.
+    fn new(stop: &'a Stop) -> Self {
+        let obeyed = Cell::new(stop.asked());
+        stop.forget();
+        Self { stop, obeyed }
+    }
+
+    /// The first to ask while all are stopping anyway is obeyed already: that costs no recording.
+    fn is_due(&self) -> bool {
+        if !self.stop.asked() {
+            return false;
+        }
+        let due = self.obeyed.replace(true);
+        if !due {
+            self.stop.forget();
+        }
+        due
+    }
+}
+
 /// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
 fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) {
-    // From now on, being asked once more means to hurry.
-    stop.forget();
-    let hurry = || stop.asked();
+    let haste = Haste::new(stop);
+    let hurry = || haste.is_due();
     let (recorder, others): (Vec<_>, Vec<_>) =
         children.iter_mut().partition(|child| child.process == Process::Recorder);
     for (group, patience) in [(others, STOP_PATIENCE), (recorder, RECORDER_PATIENCE)] {
@@ -287,6 +314,28 @@ impl Ears {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_who_asks_twice_is_in_a_hurry() {
+        let stop = Stop::on_signals().expect("signals can be caught");
+        let ask = || {
+            node::interrupt(std::process::id()).expect("we live");
+            while !stop.asked() {
+                std::thread::yield_now();
+            }
+        };
+        // The walk ends by itself; the first to ask comes too late to matter.
+        let haste = Haste::new(&stop);
+        assert!(!haste.is_due());
+        ask();
+        assert!(!haste.is_due() && !haste.is_due());
+        ask();
+        assert!(haste.is_due() && haste.is_due());
+        // Who asked before all were stopped asks for the second time.
+        let haste = Haste::new(&stop);
+        ask();
+        assert!(haste.is_due());
+    }
 
     #[test]
     fn what_went_wrong_first_is_named_before_what_followed() {
