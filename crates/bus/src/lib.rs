@@ -36,6 +36,7 @@ mod pattern;
 mod publisher;
 mod runtime;
 mod service;
+mod sleep;
 mod space;
 mod subscriber;
 

@@ -3,7 +3,8 @@
 use crate::error::{PortError, PublishError, ReceiveError};
 use crate::publisher::{notifier, wake};
 use crate::service::{self, Phases, publisher_lives};
-use crate::subscriber::{Counts, Gate, Robot, SLICE, listener, sleep_until_woken};
+use crate::sleep::{SLICE, listener, sleep_until_woken};
+use crate::subscriber::{Counts, Gate, Robot};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;

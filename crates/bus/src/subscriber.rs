@@ -2,17 +2,12 @@
 
 use crate::error::{PortError, ReceiveError};
 use crate::service::{self, Messages, publisher_lives};
+use crate::sleep::{SLICE, clock_monotonic_ns, listener, sleep_until_woken};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::prelude::*;
 use messages::{Fault, Header, Message, Topic};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
-
-/// How long [`Subscriber::wait`] sleeps at most before it looks by itself, in case a wake-up got lost.
-pub(crate) const SLICE: Duration = Duration::from_millis(20);
-/// How long it sleeps at least. The timeout becomes a socket's `SO_RCVTIMEO` in whole microseconds, and 0 there means for ever:
-/// what is left of somebody's patience may well be less than a microsecond.
-const SHORTEST: Duration = Duration::from_micros(1);
 
 /// How often one who hears a second publisher asks whether the first one still lives: that takes a look at some files.
 const ASK_AGAIN: Duration = Duration::from_millis(50);
@@ -202,6 +197,25 @@ impl<T: Message> Subscriber<T> {
         }
     }
 
+    /// Waits for the next message until a time of `CLOCK_MONOTONIC` (ns); `None` then. What came before is taken at once, however late
+    /// it is.
+    ///
+    /// # Errors
+    /// When the subscriber is broken.
+    pub fn wait_until(&mut self, deadline_ns: u64) -> Result<Option<T>, ReceiveError> {
+        loop {
+            if let Some(message) = self.try_next()? {
+                return Ok(Some(message));
+            }
+            let left_ns = deadline_ns.saturating_sub(clock_monotonic_ns());
+            if left_ns == 0 {
+                return Ok(None);
+            }
+            let left = Duration::from_nanos(left_ns);
+            sleep_until_woken(self.listener.as_ref(), left.min(SLICE), self.topic.name())?;
+        }
+    }
+
     /// What it has seen so far.
     pub fn counts(&self) -> Counts {
         self.gate.counts
@@ -213,45 +227,9 @@ impl<T: Message> Subscriber<T> {
     }
 }
 
-pub(crate) fn listener<T>(
-    node: &Node<ipc::Service>,
-    topic: Topic<T>,
-) -> Result<Option<Listener<ipc::Service>>, PortError> {
-    let topic_name = topic.name();
-    let Some(event) = service::open_event(node, &topic.row)? else { return Ok(None) };
-    let create = || event.listener_builder().create();
-    let listener = create().or_else(|_| {
-        node.try_cleanup_dead_nodes();
-        create()
-    });
-    listener.map(Some).map_err(|source| PortError::Listener { topic: topic_name, source })
-}
-
-/// Sleeps until a notification or `longest` has passed; topics without wake-ups are looked at every millisecond.
-pub(crate) fn sleep_until_woken(
-    listener: Option<&Listener<ipc::Service>>,
-    longest: Duration,
-    topic: &'static str,
-) -> Result<(), ReceiveError> {
-    match listener {
-        Some(listener) => match listener.timed_wait(|_| {}, longest.max(SHORTEST)) {
-            Ok(_) => Ok(()),
-            Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
-            Err(_) => Err(ReceiveError::Wait { topic }),
-        },
-        None => {
-            std::thread::sleep(longest.min(Duration::from_millis(1)));
-            Ok(())
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Domain, Owner};
-    use messages::code::Process;
-    use std::sync::mpsc;
 
     #[test]
     fn a_publisher_that_began_anew_is_told_from_one_whose_messages_were_lost() {
@@ -304,25 +282,5 @@ mod tests {
         assert!(gate.admits(second, &header(3), |_| false), "the first is dead");
         assert!(gate.admits(first, &header(3), never), "what it said last comes late");
         assert_eq!(gate.counts, Counts { taken: 5, strangers: 3, restarts: 1, lost: 3, refused: 0 });
-    }
-
-    #[test]
-    fn less_than_a_microsecond_is_not_for_ever() {
-        // A thread that sleeps for ever must not keep the test from ending.
-        let (done, woken) = mpsc::channel();
-        let sleeper = std::thread::spawn(move || {
-            let name = format!("bus-shortest-{}", std::process::id()).parse().expect("short and lower-case");
-            let _owner = Owner::claim(&name).expect("a domain of its own");
-            let domain = Domain::join(&name, Process::Estimator, Duration::from_secs(5)).expect("it has an owner");
-            let listener = listener(&domain.node, messages::topic::ROBOT_STATE).expect("a topic").expect("that wakes");
-            for nanoseconds in [0, 1, 999, 1000] {
-                let result = sleep_until_woken(Some(&listener), Duration::from_nanos(nanoseconds), "test");
-                done.send(result.is_ok()).expect("the test waits");
-            }
-        });
-        for _ in 0..4 {
-            assert_eq!(woken.recv_timeout(Duration::from_secs(120)), Ok(true));
-        }
-        sleeper.join().expect("it has done what it was to do");
     }
 }

@@ -36,6 +36,15 @@ pub enum Part {
     Plant,
 }
 
+/// Messages that do not come at a tick: what the clock does to a walk, without a clock.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Lost {
+    /// The controller hears nothing of the estimator.
+    pub deformation: bool,
+    /// The robot hears nothing of the controller.
+    pub command: bool,
+}
+
 /// Everything that was said at a tick.
 #[derive(Debug, Clone)]
 pub struct Tick {
@@ -116,7 +125,7 @@ impl ClosedLoop {
         estimator.take_pattern(&planned.header, &planned.phases)?;
         controller.take_pattern(&planned.header, &planned.phases)?;
         let unplaced = simulator.unplaced();
-        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, |_| {}, &mut |_| {})?;
+        let (_, command, _) = answer(&mut estimator, &mut controller, &unplaced, |_| {}, &mut |_| {}, Lost::default())?;
         let now = simulator.place(&command).context("simulator")?;
         let mut gather = Gather::default();
         gather.take(Said::Pattern(&planned.header, &planned.phases));
@@ -137,7 +146,7 @@ impl ClosedLoop {
     /// # Errors
     /// If the controller cannot go on.
     pub fn step_probed(&mut self, done: impl FnMut(Part)) -> anyhow::Result<Option<Tick>> {
-        self.step_with(|_| {}, |_| {}, SimulatorProcess::advance, done)
+        self.step_with(|_| {}, |_| {}, SimulatorProcess::advance, done, Lost::default())
     }
 
     /// The same, with an estimator that says something else: what it says goes through `deform` first.
@@ -145,7 +154,7 @@ impl ClosedLoop {
     /// # Errors
     /// If the controller cannot go on.
     pub fn step_deforming(&mut self, deform: impl FnOnce(&mut SoleDeformation)) -> anyhow::Result<Option<Tick>> {
-        self.step_with(|_| {}, deform, SimulatorProcess::advance, |_| {})
+        self.step_with(|_| {}, deform, SimulatorProcess::advance, |_| {}, Lost::default())
     }
 
     /// The same, with sensors that fail: what the robot says it measures goes through `fault` first.
@@ -165,7 +174,20 @@ impl ClosedLoop {
         fault: impl FnOnce(&mut RobotState),
         advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
     ) -> anyhow::Result<Option<Tick>> {
-        self.step_with(fault, |_| {}, advance, |_| {})
+        self.step_with(fault, |_| {}, advance, |_| {}, Lost::default())
+    }
+
+    /// The same, where messages do not come in time; they are part of the tick all the same.
+    ///
+    /// # Errors
+    /// If the controller cannot go on.
+    pub fn step_losing(&mut self, lost: Lost) -> anyhow::Result<Option<Tick>> {
+        self.step_with(|_| {}, |_| {}, SimulatorProcess::advance, |_| {}, lost)
+    }
+
+    /// The operator's word: the robot is to stand.
+    pub fn stop(&mut self) {
+        self.controller.stop();
     }
 
     fn step_with(
@@ -174,13 +196,15 @@ impl ClosedLoop {
         deform: impl FnOnce(&mut SoleDeformation),
         advance: impl FnOnce(&mut SimulatorProcess) -> SimulatorOutput,
         mut done: impl FnMut(Part),
+        lost: Lost,
     ) -> anyhow::Result<Option<Tick>> {
         if self.now.over.is_some() {
             return Ok(None);
         }
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
-        let (estimate, command, start) = answer(&mut self.estimator, &mut self.controller, &state, deform, &mut done)?;
+        let (estimator, controller) = (&mut self.estimator, &mut self.controller);
+        let (estimate, command, start) = answer(estimator, controller, &state, deform, &mut done, lost)?;
         self.gather.take(Said::Truth(&truth));
         self.gather.take(Said::Command(&command));
         self.gather.take(Said::Deformation(&estimate.deformation));
@@ -189,7 +213,9 @@ impl ClosedLoop {
         }
         self.now = advance(&mut self.simulator);
         done(Part::Plant);
-        self.simulator.take_command(&command);
+        if !lost.command {
+            self.simulator.take_command(&command);
+        }
         if let Some(start) = &start {
             self.estimator.take_start(start);
             self.simulator.take_start(start);
@@ -233,11 +259,13 @@ fn answer(
     state: &RobotState,
     deform: impl FnOnce(&mut SoleDeformation),
     done: &mut impl FnMut(Part),
+    lost: Lost,
 ) -> anyhow::Result<(EstimatorOutput, RobotCommand, Option<WalkStart>)> {
     let mut estimate = estimator.step(state).context("the estimator has no pattern")?;
     deform(&mut estimate.deformation);
     done(Part::Estimator);
-    let output = controller.step(state, Some(&estimate.deformation)).context("controller")?;
+    let heard = (!lost.deformation).then_some(&estimate.deformation);
+    let output = controller.step(state, heard).context("controller")?;
     let output = output.context("the controller has no pattern")?;
     done(Part::Controller);
     Ok((estimate, output.command, output.start))

@@ -4,6 +4,7 @@
 use closed_loop::ClosedLoop;
 use controller::{ControllerProcess, ControllerSettings};
 use messages::code::Reason;
+use messages::missing::STOP_AFTER_TICKS;
 use messages::{RobotCommand, RobotState, SoleDeformation};
 use scenario::{Config, Scenario, Setting};
 use simulator::{SimulatorProcess, SimulatorSettings};
@@ -147,7 +148,7 @@ fn commands_that_no_robot_could_follow_are_counted_and_change_nothing() {
         assert_eq!(told.advance().truth, left_alone.advance().truth);
     }
     assert_eq!((told.figures().commands_refused, left_alone.figures().commands_refused), (said.len() as u64, 0));
-    // Nobody who says nothing else for a second keeps the robot standing for ever.
+    // Nobody who says nothing else keeps the robot standing for ever: it is as if nothing came.
     let over_after = |ticks: i64, is_impossible: fn(i64) -> bool| {
         let mut simulator = build();
         for tick in 1..=ticks {
@@ -161,8 +162,8 @@ fn commands_that_no_robot_could_follow_are_counted_and_change_nothing() {
         }
         simulator.advance().over
     };
-    assert_eq!(over_after(200, |_| true), Some(Reason::Infeasible));
-    assert_eq!(over_after(399, |tick| tick != 200), None, "200 are not in a row");
+    assert_eq!(over_after(STOP_AFTER_TICKS, |_| true), Some(Reason::Infeasible));
+    assert_eq!(over_after(399, |tick| tick % 8 != 0), None, "eight are not enough");
     let mut impossible = said[0].2;
     impossible.plan.base_rotation = [0.0; 9];
     assert!(build().place(&impossible).is_err());

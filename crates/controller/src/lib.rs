@@ -23,7 +23,8 @@
 //! |---|---|
 //! | the quadratic program contradicts itself | limits are widened by priority, counted ([`Summary`]) |
 //! | no usable solution | joints are brought to rest, the last torques kept; after 10 in a row the posture is held for good |
-//! | no deformation for this tick | the last one, up to 2 ticks old; then the posture is held |
+//! | no deformation for this tick | the last one moved on by its twist and acceleration; after 10 ticks in a row the posture is held, in a walk for good; after 40 the process ends ([`messages::missing`]) |
+//! | it is told to stop in a walk | the step under way is completed, then the posture is held on both feet |
 //! | feedback: a measurement is not finite, stale, faulty, impossible or far from the internal state | not used: this step starts from the internal state alone (compliance feed-forward goes on); counted, the first one is logged with its reason ([`state::Refused`]) |
 //! | the start configuration does not exist | safety stop with the joints that are at their limits |
 //! | the robot does not come to stand still | safety stop with the criterion that is not met, its value and its limit |

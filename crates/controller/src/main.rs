@@ -2,12 +2,19 @@
 
 use controller::{ControllerProcess, ControllerSettings, Summary};
 use lateness::RightsSettings;
-use messages::code::{Mode, Process, Reason, State};
+use messages::code::{Mode, Order, Process, Reason, State};
+use messages::missing::{HOLD_AFTER_TICKS, STOP_AFTER_TICKS};
 use messages::{ControllerFigures, topic};
 use node::{End, Failure, Program, Shell};
 use programs::ProgramWriter;
 
 mod programs;
+
+/// Messages that may wait: those of a time in which this process was held up are answered all the same, in turn.
+const QUEUE: usize = 16;
+/// By the clock: how long after the tick's time the deformation of the tick is waited for (ns). It comes after some 0.2 ms; a step and its
+/// way to the robot take less than what is then left of the period.
+const DEFORMATION_WAIT_NS: u64 = 1_500_000;
 
 struct Control {
     process: ControllerProcess,
@@ -40,24 +47,42 @@ impl Program for Control {
 
     fn run(&mut self, shell: &mut Shell) -> Result<End, Failure> {
         let mut patterns = shell.pattern_subscriber()?;
-        let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
-        let mut deformations = shell.subscriber(topic::SOLE_DEFORMATION, 8)?;
+        let mut states = shell.subscriber(topic::ROBOT_STATE, QUEUE)?;
+        let mut deformations = shell.subscriber(topic::SOLE_DEFORMATION, QUEUE)?;
         let mut commands = shell.publisher(topic::ROBOT_COMMAND)?;
         let mut starts = shell.publisher(topic::WALK_START)?;
+        let mut orders = shell.subscriber(topic::WALK_ORDER, 1)?;
         let Some(pattern) = shell.wait_pattern(&mut patterns)? else { return Ok(End::Asked) };
         self.process
             .take_pattern(&pattern.header, &pattern.phases)
             .map_err(|error| Failure::safety(Reason::PatternRefused, error))?;
         shell.figures().walk_duration_s = pattern.header.duration_s;
+        if !shell.may_walk_off() {
+            self.process.wait_for_start();
+        }
         shell.ready()?;
+        let mut wanting_ticks = 0;
         while let Some(state) = shell.wait(&mut states)? {
-            let deformation = if shell.real_time() {
-                deformations.latest()?
-            } else {
-                let Some(deformation) = shell.wait_tick(&mut deformations, state.header.tick)? else { break };
-                Some(deformation)
+            let due_ns = shell.woken_by(&state.header);
+            let deformation = match due_ns {
+                Some(due_ns) => {
+                    shell.wait_tick_until(&mut deformations, state.header.tick, due_ns + DEFORMATION_WAIT_NS)?
+                }
+                None => {
+                    let Some(deformation) = shell.wait_tick(&mut deformations, state.header.tick)? else { break };
+                    Some(deformation)
+                }
             };
             shell.cycle_starts();
+            match orders.latest()?.and_then(|order| Order::from_code(order.order)) {
+                Some(Order::Start) => self.process.start(),
+                Some(Order::Stop) => self.process.stop(),
+                Some(Order::None) | None => {}
+            }
+            if shell.asked_to_stop() {
+                self.process.stop();
+            }
+            let mut walks = false;
             let output = self.process.step(&state, deformation.as_ref());
             if let Some(output) = output.map_err(|error| Failure::safety(error.reason(), error))? {
                 // Before the command: whoever has the command of this tick then also has the start decided at it.
@@ -65,6 +90,7 @@ impl Program for Control {
                     starts.publish(start)?;
                 }
                 commands.publish(&output.command)?;
+                shell.published();
                 self.tell(&output.summary, state.header.tick);
                 let holding = output.command.mode == Mode::Holding.code();
                 // Nothing is solved while the posture is held.
@@ -73,15 +99,25 @@ impl Program for Control {
                 }
                 let figures = shell.figures();
                 figures.state = if holding { State::Holding } else { State::Running }.code();
-                figures.reason = output.summary.holding.unwrap_or(Reason::None).code();
+                let stopped = if output.summary.stopped { Reason::Asked } else { Reason::None };
+                figures.reason = output.summary.holding.unwrap_or(stopped).code();
                 figures.solver_status = output.command.status;
                 figures.solver_iterations = output.command.solver_iterations;
                 figures.solver_residual = output.command.solver_residual;
                 figures.walk_time_s = output.command.walk_time_s;
                 figures.late = output.summary.deformation_missing;
                 figures.controller = controller_figures(&output.summary);
+                walks = output.command.mode == Mode::Walking.code();
+                let wants = due_ns.is_some() && output.summary.holding == Some(Reason::InputMissing);
+                wanting_ticks = if wants { wanting_ticks + 1 } else { 0 };
             }
             shell.cycle_ends(state.header.tick)?;
+            if wanting_ticks > STOP_AFTER_TICKS - HOLD_AFTER_TICKS {
+                return Err(Failure::Deadline { misses: STOP_AFTER_TICKS as u64 });
+            }
+            if shell.ends(walks) {
+                break;
+            }
         }
         Ok(End::Asked)
     }

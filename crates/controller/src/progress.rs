@@ -28,6 +28,8 @@ pub(crate) struct Tracking {
     pub internal: InternalState,
     /// The last one that was usable.
     pub deformation: SoleDeformation,
+    /// What stands in for that of this tick: itself, or where it has moved to.
+    pub used: SoleDeformation,
     /// Time zero, once the robot has stood still for long enough.
     pub start: Option<WalkStart>,
 }

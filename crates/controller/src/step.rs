@@ -1,6 +1,7 @@
 //! The process: messages in, messages out. [`ControllerProcess::step`] reads as its phases.
 
 use messages::code::{Mode, Outcome, Reason};
+use messages::missing::{Answer, HOLD_AFTER_TICKS, brought_to_rest, deformation_instead};
 use messages::timing::walk_time_s;
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
@@ -22,8 +23,11 @@ use crate::progress::{Planned, Progress, Tracking};
 use crate::settings::{ControllerError, ControllerSettings};
 use crate::summary::Summary;
 
-/// A deformation older than this is not used (ticks).
-const DEFORMATION_AGE_MAX_TICKS: i64 = 2;
+/// The divergent component is this far on its way from the foot that has carried to the one that will, or further: standing there is
+/// possible, and earlier less so.
+const STANDS_FROM: f64 = 0.4;
+/// Further on than this it is not: the step after is walked, too.
+const STANDS_TO: f64 = 0.75;
 /// Steps without a usable solution in a row after which the posture is held for good.
 const HELD_IN_A_ROW_MAX: u32 = 10;
 
@@ -84,7 +88,24 @@ struct Core {
     posture: Configuration,
     last_command: Option<RobotCommand>,
     held_in_a_row: u32,
+    held: Option<Held>,
+    /// Whether the walk may begin.
+    may_walk: bool,
+    /// Tick since which it may, and the time in which it then has to (s).
+    stands_since: Option<i64>,
+    settle_time_max_s: f64,
+    /// Whether the walk is to end as soon as the robot can stand.
+    stop_asked: bool,
     summary: Summary,
+}
+
+/// The posture is held.
+struct Held {
+    why: Reason,
+    /// The last command before.
+    from: RobotCommand,
+    /// In a walk it is: the plan goes on meanwhile, and the way back to it would be a jump.
+    for_good: bool,
 }
 
 /// What comes in at a tick.
@@ -98,6 +119,8 @@ struct Inputs {
     usable: bool,
     /// Age of the deformation (ticks).
     age_ticks: i64,
+    /// The tick for which it stands in.
+    used_tick: i64,
     /// Walk time now and at the next tick (s).
     now_s: f64,
     next_s: f64,
@@ -147,6 +170,11 @@ impl ControllerProcess {
             feedback,
             last_command: None,
             held_in_a_row: 0,
+            held: None,
+            may_walk: true,
+            stands_since: None,
+            settle_time_max_s: settings.settle.time_max_s,
+            stop_asked: false,
             summary: Summary::default(),
         };
         Ok(Self { progress: Progress::Waiting, core })
@@ -205,11 +233,28 @@ impl ControllerProcess {
         let pattern = read_pattern(header, phases)?;
         self.core.own_soles.check(&pattern)?;
         // Nothing of the walk before is of any use to this one.
+        self.core.held = None;
         self.progress = Progress::Planned(Planned { hash, pattern });
         if let Some(feedback) = &mut self.core.feedback {
             feedback.restart();
         }
         Ok(())
+    }
+
+    /// From now on the robot stands until it is told to walk.
+    pub fn wait_for_start(&mut self) {
+        self.core.may_walk = false;
+    }
+
+    /// The robot may walk off as soon as it stands still.
+    pub fn start(&mut self) {
+        (self.core.may_walk, self.core.stop_asked) = (true, false);
+    }
+
+    /// The robot is to stand: before the walk it does not begin; in it, the step under way is completed, and the posture held where both
+    /// feet carry.
+    pub fn stop(&mut self) {
+        (self.core.may_walk, self.core.stop_asked) = (false, true);
     }
 
     /// One tick; `None` before there are a pattern and a deformation.
@@ -225,6 +270,7 @@ impl ControllerProcess {
         let (Progress::Tracking(walk), core) = (&mut self.progress, &mut self.core) else { return Ok(None) };
         let inputs = core.take_inputs(state, walk);
         let mode = core.mode(&inputs, walk);
+        walk.used = deformation_instead(&walk.deformation, inputs.age_ticks);
         core.blend_with_measured(&inputs, mode, walk);
         let computed = match mode {
             Mode::Holding => core.hold(walk),
@@ -252,7 +298,8 @@ impl ControllerProcess {
                 match start {
                     Ok(start) => {
                         let internal = InternalState::new(&self.core.integration, start);
-                        let tracking = Tracking { planned, internal, deformation: *deformation, start: None };
+                        let (deformation, used) = (*deformation, *deformation);
+                        let tracking = Tracking { planned, internal, deformation, used, start: None };
                         self.progress = Progress::Tracking(Box::new(tracking));
                     }
                     Err(error) => {
@@ -288,6 +335,7 @@ impl Core {
             clock_monotonic_ns: state.header.clock_monotonic_ns,
             usable,
             age_ticks,
+            used_tick: if age_ticks < HOLD_AFTER_TICKS { tick } else { walk.deformation.header.tick },
             now_s: walk_time_s(walk.start.as_ref(), tick),
             next_s: walk_time_s(walk.start.as_ref(), tick + 1),
         }
@@ -295,26 +343,36 @@ impl Core {
 
     /// What is to be done.
     fn mode(&mut self, inputs: &Inputs, walk: &Tracking) -> Mode {
-        let why_held = if self.held_in_a_row >= HELD_IN_A_ROW_MAX {
-            Some(Reason::SolverFailed)
-        } else if inputs.age_ticks > DEFORMATION_AGE_MAX_TICKS {
-            Some(Reason::InputMissing)
-        } else {
-            None
-        };
-        self.summary.holding = why_held;
-        match walk.start {
-            _ if why_held.is_some() => Mode::Holding,
+        let mode = match walk.start {
             Some(_) if inputs.now_s > walk.planned.pattern.duration_s() => Mode::Finished,
             Some(_) if inputs.now_s >= 0.0 => Mode::Walking,
             _ => Mode::Standing,
-        }
+        };
+        let why_held = if self.held_in_a_row >= HELD_IN_A_ROW_MAX {
+            Some(Reason::SolverFailed)
+        } else if matches!(Answer::after(inputs.age_ticks), Answer::Hold | Answer::Stop) {
+            Some(Reason::InputMissing)
+        } else if self.stop_asked && mode == Mode::Walking && can_stand(&walk.planned.pattern, inputs.now_s) {
+            Some(Reason::Asked)
+        } else {
+            None
+        };
+        self.held = match (self.held.take(), why_held) {
+            (Some(held), _) if held.for_good => Some(held),
+            (Some(held), Some(why)) => Some(Held { why, for_good: mode == Mode::Walking, ..held }),
+            (None, Some(why)) => self.last_command.map(|from| Held { why, from, for_good: mode == Mode::Walking }),
+            (_, None) => None,
+        };
+        self.summary.holding = self.held.as_ref().map(|held| held.why).or(why_held);
+        self.summary.stopped = self.stop_asked && (mode != Mode::Walking || self.summary.holding.is_some());
+        if self.summary.holding.is_some() { Mode::Holding } else { mode }
     }
 
     /// Blends the internal state with what is measured; in feedback only.
     fn blend_with_measured(&mut self, inputs: &Inputs, mode: Mode, walk: &mut Tracking) {
         let Some(feedback) = &mut self.feedback else { return };
-        feedback.remember(&walk.deformation);
+        feedback
+            .remember(&SoleDeformation { header: Header { tick: inputs.used_tick, ..walk.used.header }, ..walk.used });
         // Before tick 0 the robot is not placed yet.
         if inputs.tick < 0 {
             return;
@@ -336,10 +394,10 @@ impl Core {
 
     /// One whole-body step, and its result taken over.
     fn solve(&mut self, inputs: &Inputs, walk: &mut Tracking) -> Computed {
-        let mut wanted = convert::reference(&walk.planned.pattern.evaluate(inputs.now_s), &walk.deformation);
+        let mut wanted = convert::reference(&walk.planned.pattern.evaluate(inputs.now_s), &walk.used);
         if let Some(feedback) = &mut self.feedback {
             let last = self.whole_body.report().feet.each_ref().map(|foot| foot.wrench);
-            feedback.move_ankles(&walk.deformation, last, &mut wanted.feet);
+            feedback.move_ankles(&walk.used, last, &mut wanted.feet);
         }
         let report = self.whole_body.step(walk.internal.state(), &wanted, CONTROL_PERIOD_S);
         walk.internal.advance(report);
@@ -353,6 +411,8 @@ impl Core {
     /// The command: references for the next tick, and the plan behind them.
     fn command(&mut self, inputs: &Inputs, mode: Mode, computed: &Computed, walk: &Tracking) -> RobotCommand {
         let state = walk.internal.state();
+        let held = self.held.as_ref().filter(|_| matches!(computed, Computed::Nothing));
+        let held = held.map(|held| brought_to_rest(&held.from, inputs.tick - held.from.header.tick));
         let mut command = RobotCommand {
             header: Header {
                 clock_monotonic_ns: inputs.clock_monotonic_ns,
@@ -364,10 +424,16 @@ impl Core {
             mode: mode.code(),
             deformation_tick: walk.deformation.header.tick,
             deformation_age_ticks: inputs.age_ticks.try_into().unwrap_or(u32::MAX),
-            ..self.last_command.unwrap_or_default()
+            ..held.or(self.last_command).unwrap_or_default()
         };
-        command.joint_velocity_reference_rad_per_s.fill(0.0);
         (command.joints_limited_bits, command.torques_limited_bits) = (0, 0);
+        if held.is_some() {
+            // The plan comes to rest with the joints.
+            command.status = Outcome::Held.code();
+            self.last_command = Some(command);
+            return command;
+        }
+        command.joint_velocity_reference_rad_per_s.fill(0.0);
         if matches!(computed, Computed::Nothing) {
             command.status = Outcome::Held.code();
         } else {
@@ -417,7 +483,15 @@ impl Core {
         let seen = inputs.usable && mode == Mode::Standing;
         let stance = if seen { self.stance(&walk.deformation) } else { None };
         let header = Header::new(inputs.tick, self.robot_fingerprint);
-        let tick_zero = self.settle.observe(inputs.tick, stance.as_ref())?;
+        let settled = self.settle.observe(inputs.tick, stance.as_ref());
+        // Who waits to be told may wait for long, and moves perhaps: that is nobody's failure.
+        let waiting = self.stands_since.get_or_insert(inputs.tick);
+        if !self.may_walk {
+            *waiting = inputs.tick;
+            return Ok(None);
+        }
+        let waited_s = (inputs.tick - *waiting) as f64 * CONTROL_PERIOD_S;
+        let tick_zero = if waited_s < self.settle_time_max_s { settled.unwrap_or(None) } else { settled? };
         Ok(tick_zero.map(|tick_zero| WalkStart { header, pattern_hash: walk.planned.hash, tick_zero }))
     }
 
@@ -446,6 +520,21 @@ impl Core {
         let wanted = convert::reference(&pattern.evaluate(0.0), deformation);
         tracking::start(&self.whole_body, &tracking::Start::of(&self.whole_body), &wanted)
     }
+}
+
+/// Whether a robot that walks can be brought to rest now: both feet carry, and the divergent component of motion is between them, on its way
+/// from the one to the other. Where it is, the centre of mass comes to rest if the ZMP is brought there.
+fn can_stand(pattern: &WalkPattern, now_s: f64) -> bool {
+    let planned = pattern.evaluate(now_s);
+    let [left, right] = planned.feet.each_ref().map(|foot| foot.zmp.position);
+    if !planned.feet.iter().all(|foot| foot.in_contact) {
+        return false;
+    }
+    let dcm = planned.com_position().xy() + planned.com_velocity().xy() / pattern.omega();
+    let rising = planned.feet[1].share.rate >= 0.0;
+    let right_of = (dcm - left).dot(&(right - left)) / (right - left).norm_squared();
+    let onwards = if rising { right_of } else { 1.0 - right_of };
+    (STANDS_FROM..=STANDS_TO).contains(&onwards)
 }
 
 /// What a tick has computed.

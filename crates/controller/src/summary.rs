@@ -59,6 +59,8 @@ pub struct Summary {
     pub worst: Option<WidenedLimit>,
     /// Why the posture is held now, if it is.
     pub holding: Option<Reason>,
+    /// Whether the robot stands because it was told to.
+    pub stopped: bool,
     /// Steps whose limits had to be widened, so far.
     pub relaxed: u64,
     /// Steps without a usable solution, so far.

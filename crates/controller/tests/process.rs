@@ -3,6 +3,7 @@
 use controller::{ControllerOutput, ControllerProcess, ControllerSettings};
 use gait::GaitSettings;
 use messages::code::{Mode, Outcome, Reason};
+use messages::missing::{HOLD_AFTER_TICKS, brought_to_rest};
 use messages::{CONTROL_PERIOD_S, Header, RobotState, SoleDeformation, write_pattern};
 use pattern::WalkPattern;
 use std::path::Path;
@@ -115,7 +116,7 @@ fn time_zero_is_where_it_was_announced_and_the_walk_begins_there() {
 }
 
 #[test]
-fn a_missing_deformation_is_bridged_for_two_ticks_then_the_posture_is_held_until_one_comes() {
+fn a_missing_deformation_is_bridged_for_nine_ticks_then_the_posture_is_held_for_good() {
     let mut world = World::new(&[]);
     let before = world.walk_to(0.2);
     assert_eq!(before.summary.deformation_missing, 0);
@@ -128,28 +129,49 @@ fn a_missing_deformation_is_bridged_for_two_ticks_then_the_posture_is_held_until
     // What is not ours is as good as nothing.
     let bad = [None, Some(other_robot), Some(other_walk), Some(broken)];
     let mut last = before.command;
-    for (k, deformation) in bad.into_iter().enumerate() {
-        let said = world.step_with(deformation);
-        let age_ticks = k as u32 + 1;
-        assert_eq!(said.command.deformation_age_ticks, age_ticks);
-        assert_eq!(said.summary.deformation_missing, u64::from(age_ticks));
-        if age_ticks <= 2 {
+    for age_ticks in 1..=HOLD_AFTER_TICKS + 7 {
+        let said = world.step_with(bad[age_ticks as usize % bad.len()]);
+        assert_eq!(i64::from(said.command.deformation_age_ticks), age_ticks);
+        assert_eq!(said.summary.deformation_missing, age_ticks as u64);
+        if age_ticks < HOLD_AFTER_TICKS {
             assert_eq!((said.command.mode, said.command.status), (Mode::Walking.code(), Outcome::Solved.code()));
             assert_eq!(said.summary.holding, None);
+            last = said.command;
         } else {
             assert_eq!((said.command.mode, said.command.status), (Mode::Holding.code(), Outcome::Held.code()));
             assert_eq!(said.summary.holding, Some(Reason::InputMissing));
-            assert_eq!(said.command.joint_position_reference_rad, last.joint_position_reference_rad);
-            assert_eq!(said.command.feed_forward_torque_nm, last.feed_forward_torque_nm);
-            assert_eq!(fastest(&said), 0.0);
+            let at_rest = brought_to_rest(&last, said.command.header.tick - last.header.tick);
+            assert_eq!(said.command.joint_position_reference_rad, at_rest.joint_position_reference_rad);
+            assert_eq!(said.command.plan, at_rest.plan);
+            assert_eq!(said.command.feed_forward_torque_nm, last.feed_forward_torque_nm, "who stands needs them");
         }
-        last = said.command;
     }
     let again = world.step();
-    assert_eq!((again.command.mode, again.summary.holding), (Mode::Walking.code(), None));
-    assert_eq!(again.summary.deformation_missing, 4);
-    // It starts from rest: a period of acceleration later it is not yet as fast as it was.
-    assert!(fastest(&again) < 0.9 * speed, "{} {speed}", fastest(&again));
+    assert_eq!((again.command.mode, again.summary.holding), (Mode::Holding.code(), Some(Reason::InputMissing)));
+    assert_eq!(fastest(&again), 0.0);
+}
+
+#[test]
+fn a_robot_walks_off_only_when_it_is_told_to_where_it_must_be() {
+    let mut world = World::new(&[]);
+    world.controller.wait_for_start();
+    // Longer than settle.time_max_s: who waits to be told has all the time.
+    for _ in 0..2500 {
+        let said = world.step();
+        assert_eq!((said.command.mode, said.start), (Mode::Standing.code(), None));
+    }
+    world.controller.start();
+    let said = world.step();
+    let start = said.start.expect("it stands still already");
+    assert!(start.tick_zero > said.command.header.tick);
+    // The word may be taken back until the walk has begun; then the step is completed.
+    world.controller.stop();
+    let mut said = world.step();
+    while said.command.walk_time_s < 0.1 {
+        said = world.step();
+    }
+    assert_eq!((said.command.mode, said.summary.holding), (Mode::Holding.code(), Some(Reason::Asked)));
+    assert!(said.summary.stopped && fastest(&said) == 0.0);
 }
 
 /// A sole that falls away faster than any robot can follow: nothing may give way, so there is no solution.

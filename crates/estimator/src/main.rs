@@ -7,6 +7,9 @@ use messages::topic;
 use node::{End, Failure, Program, Shell};
 use soles::Store;
 
+/// States that may wait: those of a time in which this process was held up are answered all the same, in turn.
+const QUEUE: usize = 16;
+
 struct Estimate {
     process: EstimatorProcess,
     soles: Store,
@@ -43,7 +46,7 @@ impl Program for Estimate {
         }
         let mut patterns = shell.pattern_subscriber()?;
         let mut starts = shell.subscriber(topic::WALK_START, 1)?;
-        let mut states = shell.subscriber(topic::ROBOT_STATE, 8)?;
+        let mut states = shell.subscriber(topic::ROBOT_STATE, QUEUE)?;
         let mut deformations = shell.publisher(topic::SOLE_DEFORMATION)?;
         let mut contacts = shell.publisher(topic::SOLE_CONTACT)?;
         if shell.real_time() {
@@ -56,12 +59,14 @@ impl Program for Estimate {
         shell.figures().walk_duration_s = pattern.header.duration_s;
         shell.ready()?;
         while let Some(state) = shell.wait(&mut states)? {
+            shell.woken_by(&state.header);
             shell.cycle_starts();
             if let Some(start) = starts.latest()? {
                 self.process.take_start(&start);
             }
             if let Some(output) = self.process.step(&state) {
                 deformations.publish(&output.deformation)?;
+                shell.published();
                 contacts.publish(&output.contact)?;
                 let figures = shell.figures();
                 let held = output.summary.age_ticks > 0;
@@ -73,6 +78,10 @@ impl Program for Estimate {
                 figures.walk_time_s = output.deformation.walk_time_s;
             }
             shell.cycle_ends(state.header.tick)?;
+            // Asked to stop by the clock, it goes on as long as there is a robot that needs it.
+            if shell.ends(true) {
+                break;
+            }
         }
         Ok(End::Asked)
     }

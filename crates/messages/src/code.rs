@@ -14,13 +14,14 @@ pub struct Table {
 }
 
 /// All enumerations.
-pub const TABLES: [Table; 9] = [
+pub const TABLES: [Table; 10] = [
     Process::TABLE,
     State::TABLE,
     Reason::TABLE,
     Outcome::TABLE,
     Limit::TABLE,
     Mode::TABLE,
+    Order::TABLE,
     NodeState::TABLE,
     Fall::TABLE,
     PhaseKind::TABLE,
@@ -186,6 +187,18 @@ codes! {
         Finished = 3, "finished";
         /// Holding the posture because something failed.
         Holding = 4, "holding";
+    }
+}
+
+codes! {
+    /// The operator's word.
+    Order {
+        /// None was given.
+        None = 0, "none";
+        /// Walk off, as soon as the robot stands still.
+        Start = 1, "start";
+        /// Complete the step under way and stand.
+        Stop = 2, "stop";
     }
 }
 

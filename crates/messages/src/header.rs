@@ -102,6 +102,7 @@ macro_rules! message {
 message! {
     crate::PatternHeader, "soleus.PatternHeaderV1";
     crate::WalkStart, "soleus.WalkStartV1";
+    crate::WalkOrder, "soleus.WalkOrderV1";
     crate::RobotState, "soleus.RobotStateV2", older older::ROBOT_STATE, older::same;
     crate::SoleDeformation, "soleus.SoleDeformationV2", older older::SOLE_DEFORMATION, older::same;
     crate::SoleContact, "soleus.SoleContactV1";

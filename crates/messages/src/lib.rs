@@ -27,6 +27,7 @@
 pub mod code;
 mod header;
 mod health;
+pub mod missing;
 mod older;
 mod pattern;
 mod plain;
@@ -48,7 +49,7 @@ pub use rotation::{from_row_major, row_major};
 pub use sole::{ContactNodes, FootDeformation, SoleContact, SoleDeformation};
 pub use topic::Topic;
 pub use truth::Truth;
-pub use walk::{PatternFoot, PatternHeader, PatternPhase, WalkStart};
+pub use walk::{PatternFoot, PatternHeader, PatternPhase, WalkOrder, WalkStart};
 
 /// Most joints a robot may have.
 pub const MAX_JOINTS: usize = 40;

@@ -6,7 +6,7 @@
 use crate::code::Process;
 use crate::{
     Health, Message, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth,
-    WalkStart,
+    WalkOrder, WalkStart,
 };
 use std::marker::PhantomData;
 
@@ -39,6 +39,10 @@ impl<T> Topic<T> {
         Self { row: Row { name, rate_hz: 0, kept: 1, wakes: true, from, to }, message: PhantomData }
     }
 
+    const fn word(name: &'static str, from: Process, to: &'static [Process]) -> Self {
+        Self { row: Row { name, rate_hz: 0, kept: 1, wakes: false, from, to }, message: PhantomData }
+    }
+
     const fn control(name: &'static str, from: Process, to: &'static [Process]) -> Self {
         Self { row: Row { name, rate_hz: 200, kept: 0, wakes: true, from, to }, message: PhantomData }
     }
@@ -67,6 +71,8 @@ pub const WALK_PATTERN: Topic<PatternHeader> =
     Topic::once("walk/pattern", Planner, &[Estimator, Controller, Simulator]);
 /// Time zero of the walk.
 pub const WALK_START: Topic<WalkStart> = Topic::once("walk/start", Controller, &[Estimator, Simulator]);
+/// The operator's word: `soleus-inspect start` and `stop` say it, who looks on and takes no process's place.
+pub const WALK_ORDER: Topic<WalkOrder> = Topic::word("walk/order", Launcher, &[Controller]);
 /// Sensors.
 pub const ROBOT_STATE: Topic<RobotState> = Topic::control("robot/state", Simulator, &[Estimator, Controller]);
 /// Deformation of the soles.
@@ -92,9 +98,10 @@ pub const fn health(process: Process) -> Topic<Health> {
 }
 
 /// All rows.
-pub const ROWS: [Row; 13] = [
+pub const ROWS: [Row; 14] = [
     WALK_PATTERN.row,
     WALK_START.row,
+    WALK_ORDER.row,
     ROBOT_STATE.row,
     SOLE_DEFORMATION.row,
     SOLE_CONTACT.row,
@@ -137,6 +144,7 @@ impl Element for PatternPhase {}
 pub fn visit<V: Visitor>(visitor: &mut V) -> Result<(), V::Error> {
     visitor.slice::<PatternHeader, PatternPhase>(WALK_PATTERN)?;
     visitor.message(WALK_START)?;
+    visitor.message(WALK_ORDER)?;
     visitor.message(ROBOT_STATE)?;
     visitor.message(SOLE_DEFORMATION)?;
     visitor.message(SOLE_CONTACT)?;

@@ -104,3 +104,15 @@ plain_struct! {
         tick_zero: i64,
     }
 }
+
+plain_struct! {
+    /// What an operator wants; the controller obeys.
+    "soleus.WalkOrderV1", 40 bytes, WalkOrder {
+        /// Header; who gives an order knows no tick: -1.
+        header: Header,
+        /// [`crate::code::Order`].
+        order: u32,
+        /// Always zero.
+        reserved: u32,
+    }
+}

@@ -28,6 +28,7 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
     let stored = [
         ("soleus.PatternHeaderV1", 192, 3_374_829_347_784_695_683),
         ("soleus.WalkStartV1", 48, 2_218_368_706_852_104_645),
+        ("soleus.WalkOrderV1", 40, 15_366_283_609_479_293_238),
         ("soleus.RobotStateV2", 856, 13_392_785_136_300_081_337),
         ("soleus.SoleDeformationV2", 1552, 9_955_717_656_554_383_974),
         ("soleus.SoleContactV1", 26672, 7_523_437_881_865_851_118),
@@ -41,6 +42,7 @@ fn names_order_and_types_of_all_fields_are_those_stored() {
     let now = [
         now::<PatternHeader>(),
         now::<WalkStart>(),
+        now::<WalkOrder>(),
         now::<RobotState>(),
         now::<SoleDeformation>(),
         now::<SoleContact>(),

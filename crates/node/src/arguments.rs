@@ -48,6 +48,15 @@ pub struct Arguments {
     #[arg(long, requires = "real_time")]
     pub require_real_time: bool,
 
+    /// In lock-step, let simulated time pass at most so many times as fast as real time (simulator): 1.0 to watch a walk.
+    #[arg(long, value_name = "FACTOR", conflicts_with = "real_time", value_parser = pace)]
+    pub pace: Option<f64>,
+
+    /// By the clock, walk off as soon as the robot stands still (controller, simulator). Without it the robot stands until it is told to
+    /// walk: `soleus-inspect start --domain NAME`. In lock-step it always walks.
+    #[arg(long)]
+    pub walk: bool,
+
     /// The processes that must be ready before this one begins (simulator), in place of those it needs at least.
     #[arg(long, value_name = "PROCESS", value_delimiter = ',', value_parser = process)]
     pub wait_for: Vec<Process>,
@@ -64,6 +73,16 @@ pub enum LogFormat {
     Text,
     /// A JSON object per line.
     Json,
+}
+
+/// A pace at which lock-step may be watched.
+///
+/// # Errors
+/// If it is none, and what one is.
+pub fn pace(text: &str) -> Result<f64, String> {
+    let pace: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    let is_pace = (0.01..=100.0).contains(&pace);
+    is_pace.then_some(pace).ok_or_else(|| "must be from 0.01 to 100 times real time".to_string())
 }
 
 fn process(word: &str) -> Result<Process, String> {

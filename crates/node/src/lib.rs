@@ -4,7 +4,8 @@
 //! and in which order messages are waited for and published. [`main`] does the rest, the same for all processes:
 //!
 //! ```text
-//! soleus-NAME --config FILE [--set KEY=VALUE]... [--domain NAME] [--check] [--real-time [--require-real-time]] [--wait-for P,Q] [--log-format F]
+//! soleus-NAME --config FILE [--set KEY=VALUE]... [--domain NAME] [--check] [--real-time [--require-real-time] [--walk]]
+//!     [--wait-for P,Q] [--log-format F]
 //! ```
 //!
 //! # Exit codes
@@ -13,9 +14,10 @@
 //!
 //! # Pace
 //!
-//! *Lock-step*: whoever needs a message waits for it; time is the tick. [`Shell::wait`] looks again and again for some 40 us,
-//! then sleeps until woken, and looks every 100 ms whether it was asked to stop, every half a second whether the owner of the domain
-//! lives and whether the one it waits for has died. *Real time*: [`Pacer`] sleeps until absolute times; nobody waits for ever.
+//! *Lock-step*: whoever needs a message waits for it; time is the tick. [`Shell::wait`] sleeps until woken, and looks every 100 ms whether
+//! it was asked to stop, every half a second whether the owner of the domain lives and whether the one it waits for has died. *Real time*:
+//! the one who owns the [`Grid`] sleeps until absolute times; the others are woken by its state, and wait for what else they need until a
+//! deadline counted from that state's stamp ([`Shell::wait_tick_until`]). Nobody waits for ever.
 //!
 //! ```no_run
 //! use messages::{RobotState, SoleDeformation, topic, code::Process};
@@ -61,6 +63,7 @@ mod arguments;
 mod diagnostics;
 mod exit;
 mod failure;
+mod grid;
 mod processor;
 mod program;
 mod real_time;
@@ -71,13 +74,14 @@ mod system;
 mod teller;
 mod timing;
 
-pub use arguments::{Arguments, LogFormat};
+pub use arguments::{Arguments, LogFormat, pace};
 pub use diagnostics::start_diagnostics;
 pub use exit::ExitCode;
 pub use failure::{Failure, error_chain};
+pub use grid::{Grid, Pace, believed_stamp_ns};
 pub use processor::vector_instructions;
 pub use program::{End, Program, main, run};
-pub use real_time::{Pacer, clock_monotonic_ns};
+pub use real_time::clock_monotonic_ns;
 pub use rights::Rights;
 pub use shell::Shell;
 pub use stop::{START_PATIENCE, Stop};

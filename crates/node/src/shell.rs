@@ -3,6 +3,7 @@
 use crate::arguments::Arguments;
 use crate::exit::ExitCode;
 use crate::failure::Failure;
+use crate::grid::believed_stamp_ns;
 use crate::real_time::clock_monotonic_ns;
 use crate::rights::Rights;
 use crate::stop::{START_PATIENCE, Stop};
@@ -21,6 +22,10 @@ const HEARTBEAT: Duration = Duration::from_millis(100);
 const LOOK_AROUND: Duration = Duration::from_millis(500);
 /// How long a process whose work is over waits to be asked to stop.
 const LINGER: Duration = Duration::from_secs(10);
+/// By the clock: ticks of standing after which a robot is at rest.
+const REST_TICKS: u32 = 100;
+/// By the clock: ticks within which a walking robot that is asked to stop comes to rest. The longest step that is planned, and standing.
+const REST_PATIENCE_TICKS: u32 = 800;
 /// Ticks by which the recorder may lag in lock-step.
 const RECORDER_LAG_TICKS: i64 = 32;
 
@@ -29,6 +34,8 @@ pub struct Shell {
     process: Process,
     robot_fingerprint: Option<u64>,
     real_time: bool,
+    pace: Option<f64>,
+    walk: bool,
     wait_for: Vec<Process>,
     stop: Stop,
     health: Publisher<Health>,
@@ -41,6 +48,9 @@ pub struct Shell {
     timing: Timing,
     heartbeat: Instant,
     look_around: Instant,
+    standing_ticks: u32,
+    ticks_since_asked: u32,
+    stamps_refused: u64,
     // After all ports.
     domain: Domain,
 }
@@ -84,6 +94,8 @@ impl Shell {
             process,
             robot_fingerprint,
             real_time: arguments.real_time,
+            pace: arguments.pace,
+            walk: arguments.walk || !arguments.real_time,
             wait_for: arguments.wait_for.clone(),
             stop,
             health,
@@ -96,6 +108,9 @@ impl Shell {
             timing,
             heartbeat: now,
             look_around: now,
+            standing_ticks: 0,
+            ticks_since_asked: 0,
+            stamps_refused: 0,
             domain,
         };
         shell.report()?;
@@ -105,6 +120,16 @@ impl Shell {
     /// Whether to run by the clock instead of in lock-step.
     pub fn real_time(&self) -> bool {
         self.real_time
+    }
+
+    /// In lock-step: how many times as fast as real time simulated time may pass, if that was said.
+    pub fn pace(&self) -> Option<f64> {
+        self.pace
+    }
+
+    /// Whether the robot may walk off without being told to: in lock-step, or because whoever started the process said so.
+    pub fn may_walk_off(&self) -> bool {
+        self.walk
     }
 
     /// Whether it was asked to stop.
@@ -178,6 +203,17 @@ impl Shell {
         self.report()
     }
 
+    /// To be asked once a tick: whether to end, for it was asked to stop. In lock-step at once. By the clock a robot that `walks` is not left
+    /// in the middle of a step: one goes on until it has stood for half a second, or has had the time for it.
+    pub fn ends(&mut self, walks: bool) -> bool {
+        self.standing_ticks = if walks { 0 } else { self.standing_ticks + 1 };
+        if !self.stop.asked() {
+            return false;
+        }
+        self.ticks_since_asked += 1;
+        !self.real_time || self.standing_ticks > REST_TICKS || self.ticks_since_asked > REST_PATIENCE_TICKS
+    }
+
     /// Publishes the figures.
     ///
     /// # Errors
@@ -210,6 +246,27 @@ impl Shell {
         Ok(None)
     }
 
+    /// By the clock: the message of a tick, waited for until a time of the monotonic clock (ns). Then the newest one before it, if there is
+    /// one that was not taken yet.
+    ///
+    /// # Errors
+    /// If the subscriber is broken.
+    pub fn wait_tick_until<T: Message>(
+        &mut self,
+        subscriber: &mut Subscriber<T>,
+        tick: i64,
+        deadline_ns: u64,
+    ) -> Result<Option<T>, Failure> {
+        let mut newest = None;
+        while let Some(message) = subscriber.wait_until(deadline_ns)? {
+            newest = Some(message);
+            if message.header().tick >= tick {
+                break;
+            }
+        }
+        Ok(newest)
+    }
+
     /// Waits for a walking pattern; `None`: asked to stop.
     ///
     /// # Errors
@@ -223,9 +280,13 @@ impl Shell {
         row: topic::Row,
         mut wait: impl FnMut(Duration) -> Result<Option<T>, bus::ReceiveError>,
     ) -> Result<Option<T>, Failure> {
-        while !self.stop.asked() {
+        // By the clock one that was asked to stop goes on as long as there is something to answer: see `ends`.
+        while self.real_time || !self.stop.asked() {
             if let Some(message) = wait(HEARTBEAT)? {
                 return Ok(Some(message));
+            }
+            if self.stop.asked() {
+                break;
             }
             self.live(Some(row))?;
         }
@@ -341,6 +402,28 @@ impl Shell {
     /// The answer of this cycle is out.
     pub fn published(&mut self) {
         self.timing.watch().published(clock_monotonic_ns());
+    }
+
+    /// By the clock: woken by the state of a tick. Returns the tick's time (ns, monotonic), by which the others are waited for; `None` in
+    /// lock-step, and before the clock begins. A stamp that cannot be is not believed, and the first one is told.
+    pub fn woken_by(&mut self, state: &Header) -> Option<u64> {
+        if !self.real_time || state.clock_monotonic_ns == 0 {
+            self.cycle_wakes(0);
+            return None;
+        }
+        let (due_ns, believed) = believed_stamp_ns(state.clock_monotonic_ns, clock_monotonic_ns());
+        if !believed {
+            if self.stamps_refused == 0 {
+                let Header { tick, clock_monotonic_ns: stamp_ns, .. } = state;
+                tracing::warn!(
+                    "tick {tick}: the state's stamp {stamp_ns} ns is not of this host's monotonic clock, which is {due_ns} ns; its \
+                     time of arrival stands in (only the first one is told)"
+                );
+            }
+            self.stamps_refused += 1;
+        }
+        self.cycle_wakes(due_ns);
+        Some(due_ns)
     }
 
     /// A cycle begins: its inputs are there.

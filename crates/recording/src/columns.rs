@@ -79,7 +79,9 @@ fn numbers(shape: &Shape) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::{Health, Message, Plain, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart};
+    use messages::{
+        Health, Message, Plain, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkOrder, WalkStart,
+    };
 
     fn assert_complete<T: Message>() {
         let columns = columns(T::SHAPE, &["HIP".to_string(), "KNEE".to_string()]);
@@ -96,6 +98,7 @@ mod tests {
     #[test]
     fn every_number_of_every_message_has_a_name_of_its_own() {
         assert_complete::<WalkStart>();
+        assert_complete::<WalkOrder>();
         assert_complete::<RobotState>();
         assert_complete::<SoleDeformation>();
         assert_complete::<SoleContact>();

@@ -11,8 +11,8 @@ pub enum ReplayError {
     /// It cannot be read.
     #[error(transparent)]
     Read(#[from] recording::ReadError),
-    /// It was not made in lock-step: which message a step had is then not in it.
-    #[error("recorded at pace `{found}`: only runs in lock-step can be replayed")]
+    /// At which pace it was made is not known: which message a step had is then not in it.
+    #[error("recorded at pace `{found}`: runs in `lock-step` and in `real time` can be replayed")]
     Pace {
         /// What the recording says; `?` if nothing.
         found: String,
@@ -27,7 +27,7 @@ pub enum ReplayError {
     },
     /// Messages of a topic were lost.
     #[error(
-        "`{topic}`: {lost} message(s) before tick {tick} are not in the recording: record again; in lock-step nothing is lost"
+        "`{topic}`: {lost} message(s) before tick {tick} are not in the recording, and were used: record again; in lock-step nothing is lost"
     )]
     Gap {
         /// Which.

@@ -4,7 +4,7 @@ use crate::error::ReplayError;
 use messages::code::Process;
 use messages::{
     Header, Message, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Topic, Truth,
-    WalkStart, topic,
+    WalkOrder, WalkStart, topic,
 };
 use recording::{ReadError, Recording};
 use std::collections::BTreeMap;
@@ -57,6 +57,27 @@ impl<T: Message> Messages<T> {
         self.by_tick.get(&tick)
     }
 
+    /// The message of a tick that was used there.
+    ///
+    /// # Errors
+    /// [`ReplayError::Gap`] if it is not in the recording.
+    pub fn used_at(&self, tick: i64) -> Result<&T, ReplayError> {
+        self.at(tick).ok_or(ReplayError::Gap { topic: self.topic, tick: tick + 1, lost: 1 })
+    }
+
+    /// That no message was lost on its way into the recording: the publisher numbers what it says.
+    fn unbroken(self) -> Result<Self, ReplayError> {
+        let mut before: Option<&Header> = None;
+        for header in self.by_tick.values().map(Message::header) {
+            if let Some(before) = before.filter(|before| before.sequence + 1 < header.sequence) {
+                let lost = (header.sequence - before.sequence - 1) as i64;
+                return Err(ReplayError::Gap { topic: self.topic, tick: header.tick, lost });
+            }
+            before = Some(header);
+        }
+        Ok(self)
+    }
+
     /// The messages in the order of their ticks.
     pub fn iter(&self) -> impl Iterator<Item = &T> {
         self.by_tick.values()
@@ -72,6 +93,10 @@ impl<T: Message> Messages<T> {
 /// Everything that was said in a run.
 #[derive(Debug, Clone)]
 pub struct Inputs {
+    /// Whether the run was by the clock: then the messages themselves say which inputs they were made from.
+    pub by_the_clock: bool,
+    /// Whether an operator told the robot to walk, or to stand.
+    pub ordered: bool,
     /// The walk; `None` if it was refused or never planned.
     pub pattern: Option<(PatternHeader, Vec<PatternPhase>)>,
     /// Time zero, at the tick at which it was decided.
@@ -95,18 +120,21 @@ impl Inputs {
     /// Takes the messages of a run out of its recording; those that the process listens to must be complete.
     ///
     /// # Errors
-    /// What cannot be read, was not recorded in lock-step, or is missing.
+    /// What cannot be read, was recorded at a pace that is not known, or is missing.
     pub fn of(recording: &Recording, process: Process) -> Result<Self, ReplayError> {
-        let pace = recording.facts()?.remove("pace");
-        if pace.as_deref() != Some("lock-step") {
-            return Err(ReplayError::Pace { found: pace.unwrap_or_else(|| "?".to_string()) });
-        }
+        let by_the_clock = match recording.facts()?.remove("pace") {
+            Some(pace) if pace == "lock-step" => false,
+            Some(pace) if pace == "real time" => true,
+            pace => return Err(ReplayError::Pace { found: pace.unwrap_or_else(|| "?".to_string()) }),
+        };
+        let mut orders = Vec::<WalkOrder>::new();
         let mut patterns = Vec::new();
         let (mut starts, mut states, mut deformations) = (Vec::new(), Vec::new(), Vec::new());
         let (mut contacts, mut commands, mut truths) = (Vec::new(), Vec::new(), Vec::new());
         recording.each(|entry| {
             patterns.extend(entry.pattern()?);
             starts.extend(entry.read(topic::WALK_START)?);
+            orders.extend(entry.read(topic::WALK_ORDER)?);
             // What the process neither hears nor says is not kept: a long recording is large.
             if process != Process::Planner {
                 states.extend(entry.read(topic::ROBOT_STATE)?);
@@ -126,6 +154,8 @@ impl Inputs {
             Ok::<_, ReadError>(())
         })?;
         let mut inputs = Self {
+            by_the_clock,
+            ordered: !orders.is_empty(),
             pattern: patterns.into_iter().min_by_key(|(header, _)| header.header.sequence),
             starts: Messages::of(topic::WALK_START, starts)?,
             states: Messages::of(topic::ROBOT_STATE, states)?,
@@ -135,6 +165,13 @@ impl Inputs {
             truths: Messages::of(topic::TRUTH_ROBOT, truths)?,
         };
         match process {
+            // Which of them were used is known when they are.
+            Process::Estimator if by_the_clock => inputs.states = inputs.states.needed_by(process)?,
+            Process::Controller if by_the_clock => inputs.commands = inputs.commands.needed_by(process)?.unbroken()?,
+            Process::Simulator if by_the_clock => {
+                inputs.commands = inputs.commands.needed_by(process)?;
+                inputs.truths = inputs.truths.needed_by(process)?.complete_from(FIRST_TICK + 1)?;
+            }
             Process::Estimator => inputs.states = inputs.states.needed_by(process)?.complete_from(FIRST_TICK)?,
             Process::Controller => {
                 inputs.states = inputs.states.needed_by(process)?.complete_from(FIRST_TICK)?;

@@ -1,6 +1,6 @@
 //! Runs one process again from a recording and compares what it says with what it said then.
 //!
-//! A recording of a run in lock-step holds every message that crossed a process border, the effective configuration and the
+//! A recording of a run holds every message that crossed a process border, the effective configuration and the
 //! robot's files: nothing else is needed. The process's own `step` is handed the recorded inputs in the order in which they came,
 //!
 //! ```text
@@ -16,7 +16,10 @@
 //! others saying what they said then: a controller with another weight, say, on the very states of the run. Its own commands
 //! have no effect on these states (for that, walk again).
 //!
-//! A replay needs complete inputs: what was lost is named, and nothing is guessed in its place. Of a recording that ends early
+//! By the clock a process goes by what is there, so the messages say what that was: a command which deformation it was made from, a truth
+//! which command moved the robot there. A replay hands over the same, and waits for nothing; what was missing then is missing again.
+//!
+//! A replay needs complete inputs: what was used and is not there is named, and nothing is guessed in its place. Of a recording that ends early
 //! (a fall, a killed process) everything up to its end is replayed. What is not replayed: health, whose times are of the clock.
 
 mod compare;

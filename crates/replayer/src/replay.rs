@@ -5,7 +5,7 @@ use crate::error::ReplayError;
 use crate::inputs::Inputs;
 use controller::{ControllerProcess, ControllerSettings};
 use estimator::{EstimatorProcess, EstimatorSettings};
-use messages::code::Process;
+use messages::code::{Mode, Process};
 use messages::{
     Header, PatternHeader, PatternPhase, RobotCommand, RobotState, SoleContact, SoleDeformation, Truth, WalkStart,
     topic,
@@ -110,9 +110,19 @@ fn estimate(
     let settings: EstimatorSettings = config.parse()?;
     let mut process = EstimatorProcess::with_store(&settings, store).map_err(build(Process::Estimator))?;
     let (header, phases) = pattern(inputs, Process::Estimator, process.robot_fingerprint())?;
+    if inputs.by_the_clock {
+        process.bound_work();
+        inputs.deformations.iter().try_for_each(|said| inputs.states.used_at(said.header.tick).map(drop))?;
+    }
     process.take_pattern(header, phases)?;
     for state in inputs.states.iter() {
         let tick = state.header.tick;
+        if inputs.by_the_clock {
+            // It heard of the start when it came, and said so in its walk time.
+            let said_s = inputs.deformations.at(tick).map(|said| said.walk_time_s);
+            let heard = inputs.starts.iter().find(|start| said_s == Some(start.walk_time_s(tick)));
+            heard.into_iter().for_each(|start| process.take_start(start));
+        }
         let output = process.step(state);
         if let Some(output) = &output {
             said(Said::Deformation(&output.deformation))?;
@@ -128,9 +138,52 @@ fn estimate(
             comparison.message(inputs.contacts.topic(), then, output.as_ref().map(|output| &output.contact));
         }
         // Decided on the answer to this state, heard before the next one.
-        if let Some(start) = inputs.starts.at(tick) {
+        if let Some(start) = inputs.starts.at(tick).filter(|_| !inputs.by_the_clock) {
             process.take_start(start);
         }
+    }
+    Ok(())
+}
+
+/// By the clock each command says which deformation it was made from.
+fn control_by_the_clock(
+    inputs: &Inputs,
+    process: &mut ControllerProcess,
+    comparison: &mut Comparison,
+    said: Hear,
+) -> Result<(), ReplayError> {
+    if inputs.ordered {
+        process.wait_for_start();
+    }
+    let (mut used_tick, mut held) = (None, false);
+    for then in inputs.commands.iter() {
+        let tick = then.header.tick;
+        let state = inputs.states.used_at(tick)?;
+        let is_new = used_tick != Some(then.deformation_tick);
+        let deformation = if is_new { Some(inputs.deformations.used_at(then.deformation_tick)?) } else { None };
+        used_tick = Some(then.deformation_tick);
+        // An order takes effect at the tick at which the robot obeys.
+        if inputs.ordered && inputs.starts.at(tick).is_some() {
+            process.start();
+        }
+        let holds = then.mode == Mode::Holding.code();
+        if holds && !held {
+            process.stop();
+        }
+        held = holds;
+        let output = match process.step(state, deformation) {
+            Ok(output) => output,
+            Err(cannot) => {
+                tracing::warn!("tick {tick}: {cannot}");
+                comparison.message(inputs.commands.topic(), Some(then), None);
+                break;
+            }
+        };
+        let command = output.as_ref().map(|output| &output.command);
+        let start = output.as_ref().and_then(|output| output.start.as_ref());
+        start.map(Said::Start).into_iter().chain(command.map(Said::Command)).try_for_each(&mut *said)?;
+        comparison.message(inputs.commands.topic(), Some(then), command);
+        comparison.message(inputs.starts.topic(), inputs.starts.at(tick), start);
     }
     Ok(())
 }
@@ -140,6 +193,9 @@ fn control(inputs: &Inputs, config: &Config, comparison: &mut Comparison, said: 
     let mut process = ControllerProcess::new(&settings).map_err(build(Process::Controller))?;
     let (header, phases) = pattern(inputs, Process::Controller, process.robot_fingerprint())?;
     process.take_pattern(header, phases)?;
+    if inputs.by_the_clock {
+        return control_by_the_clock(inputs, &mut process, comparison, said);
+    }
     for state in inputs.states.iter() {
         let tick = state.header.tick;
         // Without it the controller did not step: the last state of a run that was broken off.
@@ -198,7 +254,28 @@ fn simulate(
     let SimulatorOutput { state, truth, mut over } = process.place(placing).map_err(build(Process::Simulator))?;
     compare(comparison, &state, Some(&truth))?;
     let mut last_tick = state.header.tick;
-    for command in commands {
+    // By the clock each truth says under which command the robot came there.
+    let mut acting_tick = placing.header.tick;
+    for then in inputs.truths.iter().filter(|truth| inputs.by_the_clock && truth.header.tick > 0) {
+        if over.is_some() {
+            break;
+        }
+        let tick = then.header.tick - 1;
+        if then.command_tick != acting_tick {
+            acting_tick = then.command_tick;
+            if let Some(why) = process.take_command(inputs.commands.used_at(acting_tick)?) {
+                tracing::warn!("tick {tick}: {why}");
+            }
+        }
+        if let Some(start) = inputs.starts.iter().find(|start| then.walk_time_s == start.walk_time_s(tick + 1)) {
+            process.take_start(start);
+        }
+        let output = process.advance();
+        compare(comparison, &output.state, Some(&output.truth))?;
+        last_tick = output.state.header.tick;
+        over = output.over;
+    }
+    for command in commands.filter(|_| !inputs.by_the_clock) {
         if over.is_some() {
             break;
         }

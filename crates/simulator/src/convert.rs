@@ -46,11 +46,10 @@ pub(crate) fn configuration(command: &RobotCommand, joints: &JointMap, joint_cou
     q
 }
 
-/// Writes a command for the plant; the feed-forward torque is scaled by `torque_share`.
-pub(crate) fn plant_command(command: &RobotCommand, joints: &JointMap, torque_share: f64, out: &mut PlantCommand) {
+/// Writes a command for the plant.
+pub(crate) fn plant_command(command: &RobotCommand, joints: &JointMap, out: &mut PlantCommand) {
     joints.from_interface(&command.joint_position_reference_rad, out.joint_positions.as_mut_slice());
     joints.from_interface(&command.feed_forward_torque_nm, out.joint_torques.as_mut_slice());
-    out.joint_torques *= torque_share;
     out.plan = Some(plan(&command.plan));
 }
 

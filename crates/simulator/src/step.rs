@@ -1,6 +1,7 @@
 //! The process: commands in, states out.
 
 use messages::code::{Mode, Reason};
+use messages::missing::{Answer, HOLD_AFTER_TICKS, command_instead};
 use messages::{CONTROL_PERIOD_S, Header, MAX_JOINTS, RobotCommand, RobotState, SimulatorFigures, Truth, WalkStart};
 use nalgebra::DVector;
 use plant::{Plant, PlantCommand, PlantSole, PlantSoleSettings};
@@ -11,13 +12,6 @@ use soles::Store;
 use crate::command::{ImpossibleCommand, check_command};
 use crate::convert::{configuration, fall_code, plant_command, state_message, truth_message, unplaced_state};
 use crate::settings::{SimulatorError, SimulatorSettings, frames};
-
-/// In how many ticks without a command the feed-forward torque fades: 20 ms.
-const FADE_TICKS: u32 = 4;
-
-/// How many commands in a row may be refused: one second's. The robot stands meanwhile, and whoever commands it is not going to
-/// say anything better.
-const REFUSED_IN_A_ROW_MAX: u64 = (1.0 / CONTROL_PERIOD_S) as u64;
 
 /// What a tick brings.
 #[derive(Debug, Clone, Copy)]
@@ -39,9 +33,10 @@ pub struct SimulatorProcess {
     gravity: f64,
     plant: Plant,
     command: PlantCommand,
-    /// Last command taken, and for how many ticks it has been the last.
+    /// Last command taken.
     taken: Option<RobotCommand>,
-    age_ticks: u32,
+    /// Commands stayed away for so long that the posture is held, whatever comes.
+    held: bool,
     refused_in_a_row: u64,
     /// Tick of the command under which the robot came here.
     acting_tick: i64,
@@ -94,7 +89,7 @@ impl SimulatorProcess {
                 plan: None,
             },
             taken: None,
-            age_ticks: 0,
+            held: false,
             refused_in_a_row: 0,
             acting_tick: -1,
             tick: -1,
@@ -132,16 +127,21 @@ impl SimulatorProcess {
         Ok(self.output())
     }
 
+    /// From now on a walk may begin at any time: who has to be told to walk may stand for long.
+    pub fn wait_for_start(&mut self) {
+        self.settings.run.settle_time_max_s = f64::INFINITY;
+    }
+
     /// Takes time zero.
     pub fn take_start(&mut self, start: &WalkStart) {
         self.start = Some(*start);
     }
 
     /// Takes the answer to a state. One of the past is not used, and one that no robot could follow is counted as refused: the command
-    /// before stays. Says why the first one was. After a second of nothing but refused ones the run is over.
+    /// before stays. Says why the first one was. Once the posture is held for want of commands, none is taken any more.
     pub fn take_command(&mut self, command: &RobotCommand) -> Option<ImpossibleCommand> {
         let newer = self.taken.is_none_or(|taken| command.header.tick > taken.header.tick);
-        if !newer || command.header.robot_fingerprint != self.robot_fingerprint {
+        if !newer || self.held || command.header.robot_fingerprint != self.robot_fingerprint {
             return None;
         }
         match check_command(command, self.joints.interface_count(), self.tick) {
@@ -152,7 +152,6 @@ impl SimulatorProcess {
             }
             Ok(()) => {
                 self.taken = Some(*command);
-                self.age_ticks = 0;
                 self.refused_in_a_row = 0;
                 None
             }
@@ -162,13 +161,11 @@ impl SimulatorProcess {
     /// One control period under the last command taken; returns the state at its end.
     pub fn advance(&mut self) -> SimulatorOutput {
         if let Some(taken) = &self.taken {
-            let late = taken.header.tick + 1 < self.tick;
-            self.late += u64::from(late);
-            let share =
-                if late { 1.0 - f64::from(self.age_ticks.min(FADE_TICKS)) / f64::from(FADE_TICKS) } else { 1.0 };
-            plant_command(taken, &self.joints, share, &mut self.command);
+            let missing = self.missing_ticks(taken);
+            self.late += u64::from(missing > 0);
+            self.held |= missing >= HOLD_AFTER_TICKS;
+            plant_command(&command_instead(taken, missing), &self.joints, &mut self.command);
             self.acting_tick = taken.header.tick;
-            self.age_ticks = self.age_ticks.saturating_add(1);
             if taken.mode == Mode::Finished.code() {
                 self.finished_tick.get_or_insert(self.tick);
             }
@@ -197,6 +194,23 @@ impl SimulatorProcess {
     #[must_use]
     pub fn late(&self) -> u64 {
         self.late
+    }
+
+    /// Whether the command in force is one of a walk under way.
+    #[must_use]
+    pub fn walks(&self) -> bool {
+        self.taken.as_ref().is_some_and(|taken| taken.mode == Mode::Walking.code())
+    }
+
+    /// What is done for want of a command at this tick.
+    #[must_use]
+    pub fn answer(&self) -> Answer {
+        Answer::after(self.taken.as_ref().map_or(0, |taken| self.missing_ticks(taken)))
+    }
+
+    /// Ticks without a command until now: the last one should have been that of the tick before.
+    fn missing_ticks(&self, taken: &RobotCommand) -> i64 {
+        (self.tick - taken.header.tick - 1).max(0)
     }
 
     /// What the plant is made of and where it is.
@@ -260,8 +274,9 @@ impl SimulatorProcess {
             Some(Reason::Fallen)
         } else if self.finished_tick.is_some_and(|tick| seconds(self.tick - tick) >= run.after_walk_s) {
             Some(Reason::Finished)
-        } else if self.refused_in_a_row >= REFUSED_IN_A_ROW_MAX {
-            Some(Reason::Infeasible)
+        } else if self.answer() == Answer::Stop {
+            // None came, or none that a robot could follow.
+            Some(if self.refused_in_a_row > 0 { Reason::Infeasible } else { Reason::Deadline })
         } else if self.start.is_none() && seconds(self.tick) >= run.settle_time_max_s {
             Some(Reason::NotSettled)
         } else {

@@ -176,10 +176,10 @@ fn a_command_that_does_not_come_fades_the_torque_and_is_counted() {
     let (mut waiting, command, _) = placed(settings(), with_torque(1.0));
     let (mut told, _, _) = placed(settings(), with_torque(1.0));
     // Told nothing after commands 0 and 10; the other is told at every tick what that comes to.
-    let shares = |missing: i64| [1.0, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0][missing.min(6) as usize];
+    let shares = |missing: i64| [1.0, 1.0, 1.0, 0.75, 0.5, 0.25, 0.0][missing.min(6) as usize];
     let mut last_command = -1;
     for tick in 0..20 {
-        let missing = (tick - last_command).max(0);
+        let missing = tick - last_command - 1;
         let mut in_force = at(&command, tick - 1);
         in_force.feed_forward_torque_nm[knee()] = shares(missing) * torque_nm;
         told.take_command(&in_force);

@@ -93,7 +93,7 @@ impl Default for SolverSettings {
             tolerance: sole::EstimatorSettings::default().tolerance,
             iterations_max: 30,
             continuation_iterations_max: 400,
-            real_time_megamultiplications_max: 8.0,
+            real_time_megamultiplications_max: 16.0,
         }
     }
 }
@@ -155,7 +155,7 @@ impl EstimatorSettings {
         let full = Range::between(from_share + 0.05, 1.0);
         full.demand("body_zmp.full_share", full_share, "0.65 is usual")?;
         let work = self.solver.real_time_megamultiplications_max;
-        Range::above_zero_to(1e5).demand("solver.real_time_megamultiplications_max", work, "8 are some 2.5 ms")?;
+        Range::above_zero_to(1e5).demand("solver.real_time_megamultiplications_max", work, "16 are 5 ms at most")?;
         self.sole.check()
     }
 }

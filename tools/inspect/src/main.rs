@@ -9,6 +9,7 @@ mod driver_check;
 mod dynamics;
 mod figures;
 mod friction;
+mod order;
 mod pattern;
 mod qp;
 mod recording;
@@ -17,6 +18,7 @@ mod sole;
 
 use clap::Parser;
 use door::Outcome;
+use messages::code::Order;
 use std::process::ExitCode;
 
 /// JSON in, JSON out (but for recordings): matrices are row-major nested lists, units are SI.
@@ -51,6 +53,10 @@ enum Subcommand {
     Report(report::Arguments),
     /// The page of two recorded walks, one over the other.
     Compare(report::CompareArguments),
+    /// Tell a robot that runs by the clock to walk off, as soon as it stands still.
+    Start(order::Arguments),
+    /// Tell a robot to stand: the step under way is completed, and the posture held on both feet.
+    Stop(order::Arguments),
 }
 
 fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
@@ -65,6 +71,8 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::DriverCheck(arguments) => driver_check::run(arguments),
         Subcommand::Report(arguments) => report::run(arguments),
         Subcommand::Compare(arguments) => report::compare(arguments),
+        Subcommand::Start(arguments) => order::give(Order::Start, arguments),
+        Subcommand::Stop(arguments) => order::give(Order::Stop, arguments),
     }
 }
 

@@ -56,6 +56,20 @@ impl Heard {
         (last > first).then(|| simulated_s / (end - start).as_secs_f64().max(f64::MIN_POSITIVE))
     }
 
+    /// How the run kept to the clock, in one line.
+    pub fn kept_time(&self) -> String {
+        let of = |process: Process| self.health.get(&process.code()).copied().unwrap_or_default();
+        let (simulator, controller) = (of(Process::Simulator), of(Process::Controller));
+        let ticks = simulator.cycles;
+        format!(
+            "{ticks} ticks of 5 ms ({:.1} s), {} commands missing, {} deformations missing, the clock moved {} times",
+            ticks as f64 * CONTROL_PERIOD_S,
+            simulator.late,
+            controller.late,
+            simulator.clock_slips
+        )
+    }
+
     /// One line about the moment.
     pub fn line(&self) -> String {
         let Some(simulator) = self.simulator() else { return "getting ready".to_string() };
@@ -93,6 +107,21 @@ mod tests {
         assert!(heard.line().starts_with("walked 1.5 of 6.0 s · 0.12 m"), "{}", heard.line());
         assert!(heard.line().ends_with("worst tick 7.0 ms"), "{}", heard.line());
         assert_eq!(heard.done(), 0.25);
+    }
+
+    #[test]
+    fn what_was_missing_by_the_clock_is_one_line() {
+        let mut heard = Heard::default();
+        let health = |process, late, clock_slips| Health {
+            cycles: 400,
+            late,
+            clock_slips,
+            ..Health::new(process, State::Running, Reason::None)
+        };
+        heard.take(&health(Process::Simulator, 3, 1));
+        heard.take(&health(Process::Controller, 7, 0));
+        let said = "400 ticks of 5 ms (2.0 s), 3 commands missing, 7 deformations missing, the clock moved 1 times";
+        assert_eq!(heard.kept_time(), said);
     }
 
     #[test]

@@ -61,6 +61,10 @@ struct Launch {
     #[arg(long)]
     real_time: bool,
 
+    /// In lock-step, walk at most so many times as fast as real time: 1.0 to watch.
+    #[arg(long, value_name = "FACTOR", conflicts_with = "real_time", value_parser = node::pace)]
+    pace: Option<f64>,
+
     /// Folder of the run, in place of `runs/TIME-SCENARIO`; there must be nothing in it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -27,6 +27,8 @@ pub struct Start<'a> {
     pub domain: &'a DomainName,
     /// By the clock.
     pub real_time: bool,
+    /// In lock-step, how many times as fast as real time it may be.
+    pub pace: Option<f64>,
     /// Who takes part.
     pub processes: &'a [Process],
     /// How diagnostics are written.
@@ -46,6 +48,13 @@ impl Supervised {
         command.arg("--config").arg(folder.config(process.word())).arg("--domain").arg(start.domain.to_string());
         if start.real_time {
             command.arg("--real-time");
+        }
+        if start.real_time && [Process::Controller, Process::Simulator].contains(&process) {
+            // Whoever launches a scenario wants it walked.
+            command.arg("--walk");
+        }
+        if let (Some(pace), Process::Simulator) = (start.pace, process) {
+            command.arg("--pace").arg(pace.to_string());
         }
         if start.log_format == node::LogFormat::Json {
             command.args(["--log-format", "json"]);

@@ -26,6 +26,8 @@ const ROUND: Duration = Duration::from_millis(20);
 pub(crate) const REAPING: Duration = Duration::from_secs(1);
 /// How long a process may take to stop.
 const STOP_PATIENCE: Duration = Duration::from_secs(3);
+/// How long by the clock, where a walking robot completes its step and comes to stand first.
+const STAND_PATIENCE: Duration = Duration::from_secs(8);
 /// How long one that said that it stops may take to end, when another has ended because of it.
 const CULPRIT_PATIENCE: Duration = Duration::from_secs(10);
 /// How long the recorder may take to store what is left and write its index.
@@ -37,10 +39,6 @@ const DEPTH: usize = 128;
 
 /// Starts a scenario, sees it through, and says what it was like.
 pub fn launch(arguments: &Launch) -> Result<(), Ending> {
-    if arguments.real_time {
-        // The shell, the controller and the recorder know this pace; the simulator does not keep it yet.
-        return Err(Ending::new(ExitCode::Configuration, "--real-time: the simulator runs in lock-step only so far"));
-    }
     let stop = Stop::on_signals().map_err(|error| Ending::with_causes(ExitCode::Start, error))?;
     let path = arguments.scenario.as_ref().expect("clap requires it");
     let wrong = |error: anyhow::Error| Ending::with_causes(ExitCode::Configuration, error);
@@ -68,6 +66,9 @@ pub fn launch(arguments: &Launch) -> Result<(), Ending> {
     if let Some(conclusion) = &conclusion {
         let mut text = conclusion.table();
         let mut row = |name: &str, value: &dyn Display| text += &format!("{name:<22} {value}\n");
+        if arguments.real_time {
+            row("by the clock", &heard.kept_time());
+        }
         row("recording", &recorded);
         conclusion.page.iter().for_each(|page| row("page", &page.display()));
         row("run folder", &folder.path.display());
@@ -104,8 +105,13 @@ fn supervise(
     let joined = stop.bound("joining the domain", START_PATIENCE, ExitCode::Interrupted, join);
     let domain = joined.map_err(|error| failed(error.into()))?;
     let mut ears = Ears::new(&domain, processes).map_err(|error| failed(error.into()))?;
-    let start =
-        Start { domain: domain_name, real_time: arguments.real_time, processes, log_format: arguments.log_format };
+    let start = Start {
+        domain: domain_name,
+        real_time: arguments.real_time,
+        pace: arguments.pace,
+        processes,
+        log_format: arguments.log_format,
+    };
     let mut children = Vec::new();
     for process in processes {
         children.push(Supervised::start(*process, folder, &start)?);
@@ -114,7 +120,7 @@ fn supervise(
     let mut progress = Progress::new();
     let ended = watch(&mut children, &mut ears, &mut progress, owner, stop);
     progress.end();
-    stop_all(&mut children, &mut ears, stop);
+    stop_all(&mut children, &mut ears, stop, if arguments.real_time { STAND_PATIENCE } else { STOP_PATIENCE });
     let recorded = Recorded::of(&mut children, ears.recorder.as_ref());
     Ok((ears.heard, recorded, ended.and_then(|reason| all_ended_well(&mut children, reason))))
 }
@@ -229,12 +235,12 @@ impl<'a> Haste<'a> {
 }
 
 /// Stops all processes: first those of the loop, then the recorder, which stores what they said last.
-fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) {
+fn stop_all(children: &mut [Supervised], ears: &mut Ears, stop: &Stop, patience: Duration) {
     let haste = Haste::new(stop);
     let hurry = || haste.is_due();
     let (recorder, others): (Vec<_>, Vec<_>) =
         children.iter_mut().partition(|child| child.process == Process::Recorder);
-    for (group, patience) in [(others, STOP_PATIENCE), (recorder, RECORDER_PATIENCE)] {
+    for (group, patience) in [(others, patience), (recorder, RECORDER_PATIENCE)] {
         let mut group = group;
         for child in &mut group {
             child.ask_to_stop();

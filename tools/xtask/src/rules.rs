@@ -155,7 +155,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "soleus-inspect",
         &[
-            // Looking on while a system runs.
+            // Looking on while a system runs, and an operator's word.
             "bus",
             "files",
             "friction",
