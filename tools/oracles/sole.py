@@ -87,7 +87,7 @@ def main():
         worst = max(worst, difference)
         states = tick["node_states"]
         print(
-            f"box {box}, cells {cells}, E {modulus:g}, nu {nu}: {len(contact)} contact nodes ({states.count('free')} free), "
+            f"box {box}, cells {cells}, E {modulus:g}, nu {nu}: {len(contact)} contact nodes ({states.count('open')} open), "
             f"{force.sum(axis=0)[2]:.1f} N, displacements differ by {difference:.1e} of the largest"
         )
     print(f"worst {worst:.1e}, limit {LIMIT:.0e}")

@@ -71,15 +71,13 @@ def main():
             for best, command in ((theirs, [cpp, model, str(len(frames))]), (ours, [rust, urdf, *frames])):
                 for key, value in run(command).items():
                     best[key] = min(best.get(key, value), value)
-        print(f"\n{name}, nv = {ours['nv']}\n| ns per call | Soleus | Pinocchio | ratio | dynibo | ratio |\n|---|---|---|---|---|---|")
+        print(f"\n{name}, nv = {ours['nv']}\n| ns per call | Soleus | Pinocchio | ratio |\n|---|---|---|---|")
         for key, value in ours.items():
-            if key == "nv" or key.startswith("dynibo"):
+            if key == "nv":
                 continue
             yardstick = min((time for other, time in theirs.items() if other.startswith(key)), default=None)
-            columns = [f"{value:.0f}"]
-            for other in (yardstick, ours.get(f"dynibo {key}")):
-                columns += [f"{other:.0f}", f"{value / other:.2f}"] if other else ["-", "-"]
-            print(f"| {key} | {' | '.join(columns)} |")
+            theirs_and_ratio = f"{yardstick:.0f} | {value / yardstick:.2f}" if yardstick else "- | -"
+            print(f"| {key} | {value:.0f} | {theirs_and_ratio} |")
 
 
 if __name__ == "__main__":

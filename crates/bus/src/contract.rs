@@ -1,7 +1,6 @@
 //! What a process that is not one of Soleus's own must know to belong to a domain.
 
-use crate::domain::DomainName;
-use crate::owner::{MEMBERS, READY};
+use crate::domain::{DomainName, MEMBERS, READY};
 use crate::runtime::{RUNTIME_VARIABLE, runtime_folder, user_id};
 use messages::code::Process;
 use std::fmt;

@@ -4,7 +4,6 @@ use crate::error::{DomainNameError, JoinError, PathTooLong, PortError};
 use crate::folder::Folder;
 use crate::life::{Begun, Life, Seen, look};
 use crate::memory;
-use crate::owner::{MEMBERS, READY};
 use crate::pattern::{PatternPublisher, PatternSubscriber};
 use crate::publisher::Publisher;
 use crate::runtime::{self, memory_prefix, runtime_folder};
@@ -13,9 +12,14 @@ use iceoryx2::prelude::*;
 use messages::code::Process;
 use messages::{Message, Topic};
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path as FilePath, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
+
+/// The file that says, in the folder of a domain, that the domain is complete and whose possession it is.
+pub(crate) const READY: &str = "ready";
+/// The folder in which each process of the domain has a file that says whether it lives.
+pub(crate) const MEMBERS: &str = "members";
 
 /// Name of a domain: lower-case letters, digits and `-`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -90,6 +94,18 @@ impl DomainName {
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| too_long())?;
         config.global.set_root_path(&Path::new(root_bytes).map_err(|_| too_long())?);
         Ok(config)
+    }
+}
+
+impl DomainName {
+    /// Name of the domain's folder in the runtime folder.
+    pub(crate) fn folder_name(&self) -> OsString {
+        OsString::from(self.to_string())
+    }
+
+    /// Name of the file, in the runtime folder, whose lock is the possession of the domain.
+    pub(crate) fn lock_name(&self) -> OsString {
+        OsString::from(format!("{self}.lock"))
     }
 }
 

@@ -23,6 +23,26 @@
 //! A kept message (walking pattern, health) reaches those who come later as long as its publisher lives and now and then calls
 //! [`Publisher::serve_late_joiners`].
 //!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use bus::{Domain, DomainName, Owner, Robot};
+//! use messages::{Header, RobotState, code::Process, topic};
+//! use std::time::Duration;
+//!
+//! let name: DomainName = format!("example-{}", std::process::id()).parse()?;
+//! let owner = Owner::claim(&name)?;
+//! let domain = Domain::join(&name, Process::Simulator, Duration::from_secs(1))?;
+//! let onlooker = Domain::observe(&name, Duration::from_secs(1))?;
+//! let mut states = onlooker.subscriber(topic::ROBOT_STATE, Robot::Any, 4)?;
+//! let mut publisher = domain.publisher(topic::ROBOT_STATE)?;
+//! publisher.publish(&RobotState { header: Header::new(12, 7), ..RobotState::default() })?;
+//! let heard = states.wait(Duration::from_secs(1))?.expect("it was just said");
+//! assert_eq!((heard.header.tick, heard.header.sequence), (12, 0));
+//! # drop((owner, states, publisher, domain, onlooker));
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Not covered: other hosts; several publishers of one topic at a time.
 
 mod contract;

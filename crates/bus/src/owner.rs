@@ -1,6 +1,6 @@
 //! The owner of a domain.
 
-use crate::domain::DomainName;
+use crate::domain::{DomainName, MEMBERS, READY};
 use crate::error::OwnerError;
 use crate::folder::Folder;
 use crate::life::{Begun, Life, Seen, look};
@@ -9,7 +9,7 @@ use crate::service::{self, Services};
 use crate::{memory, space};
 use iceoryx2::prelude::*;
 use rustix::fs::OFlags;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsStr;
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
 use std::time::{Duration, Instant, SystemTime};
@@ -21,11 +21,6 @@ const OWNER_ENDS: Duration = Duration::from_secs(1);
 const OTHERS_FINISH: Duration = Duration::from_secs(30);
 /// How often one that waits looks again.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
-/// The file that says, in the folder of a domain, that the domain is complete and whose possession it is.
-pub(crate) const READY: &str = "ready";
-/// The folder in which each process of the domain has a file that says whether it lives.
-pub(crate) const MEMBERS: &str = "members";
-
 /// Possession of a domain: all services exist as long as it does. Dropping it removes everything.
 pub struct Owner {
     name: DomainName,
@@ -189,18 +184,6 @@ pub fn remove_abandoned(name: &DomainName) {
             Ok(Err(_)) if has_owner || start.elapsed() >= OTHERS_FINISH => return,
             Ok(Err(_)) => std::thread::sleep(LOOK_AGAIN),
         }
-    }
-}
-
-impl DomainName {
-    /// Name of the domain's folder in the runtime folder.
-    pub(crate) fn folder_name(&self) -> OsString {
-        OsString::from(self.to_string())
-    }
-
-    /// Name of the file, in the runtime folder, whose lock is the possession of the domain.
-    pub(crate) fn lock_name(&self) -> OsString {
-        OsString::from(format!("{self}.lock"))
     }
 }
 

@@ -69,7 +69,7 @@ fn main() -> anyhow::Result<()> {
             let states = plant.contact(foot).map_or(&[][..], |report| &report.node_states);
             let count = |wanted: &str| states.iter().filter(|state| format!("{state:?}") == wanted).count();
             sliding = sliding.max(count("Slip"));
-            touching = touching.max(states.len() - count("Free"));
+            touching = touching.max(states.len() - count("Open"));
         }
         let values = row(&tick.truth).map(|x| format!("{x:.17e}"));
         writeln!(rows, "{},{}", values.join(","), spent_ns.last().copied().unwrap_or_default())?;

@@ -455,8 +455,8 @@ impl Core {
             }
         }
         let model = self.whole_body.model();
-        forward_kinematics(model, &mut self.workspace, &state.q);
-        let ankles = self.ankles.map(|frame| self.workspace.placement(model, frame));
+        let placed = forward_kinematics(model, &mut self.workspace, &state.q);
+        let ankles = self.ankles.map(|frame| placed.pose(frame));
         let next = walk.planned.pattern.evaluate(inputs.next_s);
         command.plan = convert::plan(&next, &state.q.base, &ankles, computed.wrenches());
         self.last_command = Some(command);
@@ -499,10 +499,9 @@ impl Core {
     fn stance(&mut self, deformation: &SoleDeformation) -> Option<Stance> {
         let imu_rotation = self.measured.imu_rotation?;
         let model = self.whole_body.model();
-        forward_kinematics(model, &mut self.workspace, &self.posture);
-        let imu_in_base = self.workspace.placement(model, self.imu).rotation;
-        let base_rotation = imu_rotation * imu_in_base.transpose();
-        let ankle = |frame| base_rotation * self.workspace.placement(model, frame).translation;
+        let placed = forward_kinematics(model, &mut self.workspace, &self.posture);
+        let base_rotation = imu_rotation * placed.pose(self.imu).rotation.transpose();
+        let ankle = |frame| base_rotation * placed.pose(frame).translation;
         Some(Stance {
             base_rotation,
             ankles_from_base_m: self.ankles.map(ankle),

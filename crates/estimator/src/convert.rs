@@ -1,6 +1,6 @@
 //! Estimates to messages.
 
-use messages::code::{NodeState, Outcome as OutcomeCode};
+use messages::code::{ContactState, Outcome as OutcomeCode};
 use messages::{ContactNodes, FootDeformation, Header, MAX_CONTACT_NODES, SoleContact, SoleDeformation, row_major};
 use pattern::{FootReference, Reference};
 use sole::StanceEstimator;
@@ -76,9 +76,9 @@ fn nodes_message(stance: &StanceEstimator) -> ContactNodes {
         out.position_m[node] = report.node_positions[node].into();
         out.force_n[node] = report.node_forces[node].into();
         let state = match report.node_states[node] {
-            sole::NodeState::Free => NodeState::Open,
-            sole::NodeState::Stick => NodeState::Sticking,
-            sole::NodeState::Slip => NodeState::Slipping,
+            sole::ContactState::Open => ContactState::Open,
+            sole::ContactState::Stick => ContactState::Stick,
+            sole::ContactState::Slip => ContactState::Slip,
         };
         out.state[node] = state.code();
     }

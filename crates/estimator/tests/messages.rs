@@ -2,7 +2,7 @@
 
 use estimator::{EstimatorOutput, EstimatorProcess, EstimatorSettings};
 use gait::GaitSettings;
-use messages::code::{NodeState, Outcome as Code};
+use messages::code::{ContactState, Outcome as Code};
 use messages::{CONTROL_PERIOD_S, FootDeformation, Header, RobotState, WalkStart, write_pattern};
 use pattern::WalkPattern;
 use spatial::{Vec3, Wrench};
@@ -102,12 +102,12 @@ fn each_foot_carries_its_plan_and_every_number_is_what_it_is_called() {
             let total: Vec3 = nodes.force_n[..count].iter().map(|f| Vec3::from(*f)).sum();
             assert!((total - wrench(foot).force).norm() < 1e-9 * load);
             let with =
-                |state: NodeState| nodes.state[..count].iter().filter(|code| **code == state.code()).count() as u32;
+                |state: ContactState| nodes.state[..count].iter().filter(|code| **code == state.code()).count() as u32;
             assert_eq!(
-                (with(NodeState::Sticking), with(NodeState::Slipping)),
+                (with(ContactState::Stick), with(ContactState::Slip)),
                 (foot.nodes_sticking, foot.nodes_slipping)
             );
-            for i in (0..count).filter(|i| nodes.state[*i] == NodeState::Open.code()) {
+            for i in (0..count).filter(|i| nodes.state[*i] == ContactState::Open.code()) {
                 assert_eq!(nodes.force_n[i], [0.0; 3]);
             }
             assert!(nodes.position_m[..count].iter().all(|p| p[2] > -1e-9), "on or above the ground");

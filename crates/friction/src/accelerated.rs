@@ -1,6 +1,6 @@
 //! Projected gradient with momentum: slow to the last digits, and never in a circle for long.
 
-use crate::{ContactProblem, LocalState, Workspace, project_on_cone};
+use crate::{ContactProblem, ContactState, Workspace, project_on_cone};
 use nalgebra::{DVector, Vector3};
 
 /// Steps of the power iteration for the largest eigenvalue, and what its estimate, which is from below, is enlarged by.
@@ -54,11 +54,11 @@ pub(crate) fn accelerate(problem: &ContactProblem, workspace: &mut Workspace, it
     for (a, state) in workspace.states.iter_mut().enumerate() {
         let force = Vector3::new(best.1[3 * a], best.1[3 * a + 1], best.1[3 * a + 2]);
         *state = if force == Vector3::zeros() {
-            LocalState::Open
+            ContactState::Open
         } else if force.xy().norm() < (1.0 - ON_THE_CONE) * problem.mu()[a] * force.z {
-            LocalState::Stick
+            ContactState::Stick
         } else {
-            LocalState::Slide
+            ContactState::Slip
         };
     }
 }

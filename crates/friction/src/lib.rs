@@ -66,6 +66,6 @@ pub use newton::newton;
 pub use obstruction::Obstruction;
 pub use problem::{ContactProblem, ProblemError, Residual};
 pub use proximal::proximal;
-pub use single_contact::{LocalState, SingleContact};
+pub use single_contact::{ContactState, SingleContact};
 pub use solve::solve;
 pub use workspace::{Report, Settings, Status, Workspace};

@@ -1,7 +1,7 @@
 //! Semi-smooth Newton.
 
 use crate::dense::{lu_factor, lu_solve};
-use crate::{ContactProblem, LocalState, Report, Settings, Status, Workspace};
+use crate::{ContactProblem, ContactState, Report, Settings, Status, Workspace};
 use nalgebra::{Matrix2, Vector2};
 
 /// Semi-smooth Newton on all contacts at once, Alart-Curnier form. Unknown are the forces of the contacts that touch:
@@ -36,7 +36,7 @@ pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Se
         for (row_slot, a) in workspace.active.iter().enumerate() {
             let row = 3 * row_slot;
             let i = 3 * a;
-            let slides = workspace.states[*a] == LocalState::Slide;
+            let slides = workspace.states[*a] == ContactState::Slip;
             let (rho, mu) = (problem.rho[*a], problem.mu()[*a]);
             let tangential = Vector2::new(workspace.force[i], workspace.force[i + 1]);
             let z = tangential - rho * Vector2::new(workspace.delta[i], workspace.delta[i + 1]);
@@ -77,7 +77,7 @@ pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Se
         // Open contacts lose their force, which moves the others: W_ab (0 - F_b) goes to the right-hand side through
         // delta.
         for b in 0..n {
-            if workspace.states[b] != LocalState::Open {
+            if workspace.states[b] != ContactState::Open {
                 continue;
             }
             let lost = [workspace.force[3 * b], workspace.force[3 * b + 1], workspace.force[3 * b + 2]];
@@ -87,7 +87,7 @@ pub fn newton(problem: &ContactProblem, workspace: &mut Workspace, settings: &Se
             for axis in 0..3 {
                 let column = &w[(3 * b + axis) * ld..(3 * b + axis + 1) * ld];
                 for (slot, a) in workspace.active.iter().enumerate() {
-                    let rows = if workspace.states[*a] == LocalState::Slide { 2..3 } else { 0..3 };
+                    let rows = if workspace.states[*a] == ContactState::Slip { 2..3 } else { 0..3 };
                     for row in rows {
                         workspace.right[3 * slot + row] += column[3 * a + row] * lost[axis];
                     }
@@ -122,13 +122,13 @@ fn classify(problem: &ContactProblem, workspace: &mut Workspace) {
             workspace.force[i + 1] - rho * workspace.delta[i + 1],
         );
         workspace.states[a] = if pressed <= 0.0 {
-            LocalState::Open
+            ContactState::Open
         } else if z.norm() <= mu * pressed {
-            LocalState::Stick
+            ContactState::Stick
         } else {
-            LocalState::Slide
+            ContactState::Slip
         };
-        if workspace.states[a] != LocalState::Open {
+        if workspace.states[a] != ContactState::Open {
             workspace.active.push(a);
         }
     }

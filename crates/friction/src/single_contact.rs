@@ -12,16 +12,28 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// What the contact does.
+/// What a contact does: the one vocabulary for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum LocalState {
+pub enum ContactState {
     /// No force.
     #[default]
     Open,
-    /// No motion.
+    /// Force inside the cone, no motion along the ground.
     Stick,
     /// Force on the cone, motion against it.
-    Slide,
+    Slip,
+}
+
+impl ContactState {
+    /// A word for people and files.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Stick => "stick",
+            Self::Slip => "slip",
+        }
+    }
 }
 
 /// The constant part of one contact: its own 3 x 3 block of the Delassus operator, prepared.
@@ -67,15 +79,15 @@ impl SingleContact {
     /// start from and is updated.
     #[inline]
     #[must_use]
-    pub fn solve(&self, b: &Vector3<f64>, lambda: &mut f64) -> (Vector3<f64>, LocalState) {
+    pub fn solve(&self, b: &Vector3<f64>, lambda: &mut f64) -> (Vector3<f64>, ContactState) {
         if b.z >= 0.0 {
-            return (Vector3::zeros(), LocalState::Open);
+            return (Vector3::zeros(), ContactState::Open);
         }
         let stick = -(self.inverse * b);
         if stick.x * stick.x + stick.y * stick.y <= self.mu * self.mu * stick.z * stick.z && stick.z >= 0.0 {
-            return (stick, LocalState::Stick);
+            return (stick, ContactState::Stick);
         }
-        (self.slide(b, lambda), LocalState::Slide)
+        (self.slide(b, lambda), ContactState::Slip)
     }
 
     fn slide(&self, b: &Vector3<f64>, lambda: &mut f64) -> Vector3<f64> {
@@ -132,14 +144,14 @@ mod tests {
         let contact = SingleContact::new(&(w * Matrix3::identity()), mu).expect("positive definite");
         let mut lambda = 0.0;
         let (f, state) = contact.solve(&Vector3::new(1e-3, 0.0, 1e-4), &mut lambda);
-        assert_eq!((f, state), (Vector3::zeros(), LocalState::Open));
+        assert_eq!((f, state), (Vector3::zeros(), ContactState::Open));
         let b = Vector3::new(1e-4, -5e-5, -1e-3);
         let (f, state) = contact.solve(&b, &mut lambda);
-        assert_eq!(state, LocalState::Stick);
+        assert_eq!(state, ContactState::Stick);
         assert!((f + b / w).norm() < 1e-12);
         let b = Vector3::new(3e-3, -4e-3, -1e-3);
         let (f, state) = contact.solve(&b, &mut lambda);
-        assert_eq!(state, LocalState::Slide);
+        assert_eq!(state, ContactState::Slip);
         // Normal force 5 N, friction 2.5 N against (3, -4)/5.
         assert!((f - Vector3::new(-1.5, 2.0, 5.0)).norm() < 1e-12, "{f}");
     }

@@ -2,7 +2,7 @@
 
 use crate::accelerated::accelerate;
 use crate::obstruction::obstruction;
-use crate::{ContactProblem, LocalState, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal};
+use crate::{ContactProblem, ContactState, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal};
 
 /// Gauss-Seidel for the contact states, Newton for the digits, in turns. When both stall: the proof that there is no
 /// solution, or the proximal method. Starts from the workspace.
@@ -16,8 +16,8 @@ pub fn solve(problem: &ContactProblem, workspace: &mut Workspace, settings: &Set
     const PROXIMAL_TURNS: usize = 4;
     const ACCELERATED: usize = 2000;
     let mut iterations = 0;
-    let mut best: Option<(Report, Vec<LocalState>)> = None;
-    let mut keep = |report: Report, states: &[LocalState]| {
+    let mut best: Option<(Report, Vec<ContactState>)> = None;
+    let mut keep = |report: Report, states: &[ContactState]| {
         let better = best.as_ref().is_none_or(|(best, _)| report.residual.relative < best.residual.relative);
         if better {
             best = Some((report, states.to_vec()));

@@ -2,7 +2,7 @@
 
 use crate::obstruction::Obstruction;
 use crate::problem::{ContactProblem, Residual};
-use crate::single_contact::LocalState;
+use crate::single_contact::ContactState;
 use nalgebra::DVector;
 
 /// Limits and tolerance of all solvers.
@@ -65,7 +65,7 @@ pub struct Workspace {
     /// `W F + q` of these.
     pub delta: Vec<f64>,
     pub(crate) lambda: Vec<f64>,
-    pub(crate) states: Vec<LocalState>,
+    pub(crate) states: Vec<ContactState>,
     pub(crate) matrix: Vec<f64>,
     pub(crate) right: Vec<f64>,
     pub(crate) pivots: Vec<usize>,
@@ -80,7 +80,7 @@ impl Workspace {
             force: vec![0.0; 3 * contacts],
             delta: vec![0.0; 3 * contacts],
             lambda: vec![0.0; contacts],
-            states: vec![LocalState::Open; contacts],
+            states: vec![ContactState::Open; contacts],
             matrix: Vec::new(),
             right: Vec::new(),
             pivots: Vec::new(),
@@ -92,12 +92,12 @@ impl Workspace {
     pub fn reset(&mut self) {
         self.force.fill(0.0);
         self.lambda.fill(0.0);
-        self.states.fill(LocalState::Open);
+        self.states.fill(ContactState::Open);
     }
 
     /// States of the contacts after a solve.
     #[must_use]
-    pub fn states(&self) -> &[LocalState] {
+    pub fn states(&self) -> &[ContactState] {
         &self.states
     }
 

@@ -1,7 +1,7 @@
 //! The solvers on problems of rigid bodies and random ones: agreement, every status, every refusal.
 
 use friction::{
-    ContactProblem, LocalState, ProblemError, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal,
+    ContactProblem, ContactState, ProblemError, Report, Settings, Status, Workspace, gauss_seidel, newton, proximal,
     solve,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -333,7 +333,7 @@ fn near_the_answer_newton_doubles_its_digits() {
         let problem = elastic(n, mu, seed);
         let mut workspace = Workspace::new(n);
         let answer = solve(&problem, &mut workspace, &tight());
-        let slides = workspace.states().iter().filter(|state| **state == LocalState::Slide).count();
+        let slides = workspace.states().iter().filter(|state| **state == ContactState::Slip).count();
         assert!(answer.status == Status::Solved && slides > n / 10, "{slides} slide, or this says little");
         let start = answer.force.map(|f| f * (1.0 + 1e-4 * (1e4 * f).sin()));
         let relative = |iterations: usize| {
@@ -361,12 +361,12 @@ fn states_after_a_failed_solve_are_those_of_the_forces_that_are_given() {
         // The best is never the last, which is not judged any more.
         for (a, state) in workspace.states().iter().enumerate() {
             let force: Vector3<f64> = report.force.fixed_rows::<3>(3 * a).into();
-            assert_eq!(*state == LocalState::Open, force == Vector3::zeros(), "seed {seed}, contact {a}");
+            assert_eq!(*state == ContactState::Open, force == Vector3::zeros(), "seed {seed}, contact {a}");
             let room = problem.mu()[a] * force.z - force.xy().norm();
             match state {
-                LocalState::Open => {}
-                LocalState::Stick => assert!(room > 0.0, "seed {seed}, contact {a}: {room}"),
-                LocalState::Slide => assert!(room.abs() < 1e-12 * force.norm(), "seed {seed}, contact {a}: {room}"),
+                ContactState::Open => {}
+                ContactState::Stick => assert!(room > 0.0, "seed {seed}, contact {a}: {room}"),
+                ContactState::Slip => assert!(room.abs() < 1e-12 * force.norm(), "seed {seed}, contact {a}: {room}"),
             }
         }
     }

@@ -129,24 +129,6 @@ pub trait LegReach {
     fn clearance(&self, leg: Side, com: &Vec3, heading_rad: f64, ankle: &Transform) -> LegClearance;
 }
 
-/// Legs as rods between hip and ankle that do not stretch: the least a [`LegReach`] can be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RodLegs {
-    /// Left hip as seen from the COM, in the axes of the upright body (m); the right one is its mirror image.
-    pub left_hip_from_com_m: [f64; 3],
-    /// Largest distance from hip to ankle (m).
-    pub length_max_m: f64,
-}
-
-impl LegReach for RodLegs {
-    fn clearance(&self, leg: Side, com: &Vec3, heading_rad: f64, ankle: &Transform) -> LegClearance {
-        let [x, y, z] = self.left_hip_from_com_m;
-        let hip = com + spatial::so3::about_z(heading_rad) * Vec3::new(x, leg.sign() * y, z);
-        let extension_m = self.length_max_m - (ankle.translation - hip).norm();
-        LegClearance { extension_m, joint_rad: f64::INFINITY, joint: 0 }
-    }
-}
-
 /// The instant with the least clearance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TightestReach {

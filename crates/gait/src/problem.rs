@@ -3,8 +3,9 @@
 use crate::basis::{
     ANKLE_1, ANKLE_2, Basis, COM_END, COM_START, Row, SLOTS, Transfer, ZMP_1_END, ZMP_1_START, ZMP_END, ZMP_START,
 };
-use crate::constraint::{Outline, RowLabel, ZmpOf, check_prescribed, step_rules};
+use crate::constraint::{Outline, check_prescribed, step_rules};
 use crate::cost::Forms;
+use crate::label::{RowLabel, ZmpOf};
 use crate::layout::{LENGTH_SCALE_M, Layout, Piece, Slot, Stand};
 use crate::quadrature::gauss_legendre;
 use crate::{GaitError, GaitSettings, Route};

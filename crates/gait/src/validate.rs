@@ -3,14 +3,11 @@
 //! They are wide: toys and giants, on small moons and large planets. Within them every number that the planner computes is
 //! finite, and time and memory are bounded; whether there is a walk is the solver's answer.
 
-use crate::{GaitError, GaitSettings, Walk};
+use crate::error::{GaitError, PHASES_MAX, SAMPLES_MAX};
+use crate::{GaitSettings, Walk};
 use ranges::{OutOfRange, Range};
 use std::f64::consts::PI;
 
-/// Polynomials of one walk: 3300 swings. Time and memory grow with them in proportion (3 s, 0.3 GB with 11 samples each).
-pub const PHASES_MAX: usize = 10_000;
-/// Polynomials times samples: a thousand swings with 41 samples are a quarter of it. At this limit 4 s, 0.7 GB.
-pub const SAMPLES_MAX: usize = 500_000;
 /// Longest walk (s): a day.
 const WALK_MAX_S: f64 = 86_400.0;
 /// Farthest coordinate (m): 90 km, where the coordinates of a foot are rounded to 1e-11 m. Soft soles are computed up to 100 km: that

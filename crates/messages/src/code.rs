@@ -22,7 +22,7 @@ pub const TABLES: [Table; 10] = [
     Limit::TABLE,
     Mode::TABLE,
     Order::TABLE,
-    NodeState::TABLE,
+    ContactState::TABLE,
     Fall::TABLE,
     PhaseKind::TABLE,
 ];
@@ -203,14 +203,14 @@ codes! {
 }
 
 codes! {
-    /// Contact state of a node of the sole.
-    NodeState {
-        /// Above the ground.
+    /// What a node of the sole does.
+    ContactState {
+        /// No force.
         Open = 0, "open";
-        /// Touching, at rest.
-        Sticking = 1, "sticking";
-        /// Touching, sliding.
-        Slipping = 2, "slipping";
+        /// Force inside the friction cone, no motion along the ground.
+        Stick = 1, "stick";
+        /// Force on the cone, motion against it.
+        Slip = 2, "slip";
     }
 }
 

@@ -27,6 +27,7 @@
 pub mod code;
 mod header;
 mod health;
+mod message;
 pub mod missing;
 mod older;
 mod pattern;
@@ -39,8 +40,9 @@ pub mod topic;
 mod truth;
 mod walk;
 
-pub use header::{Fault, Header, Message};
+pub use header::{Fault, Header};
 pub use health::{ControllerFigures, Health, LatenessFigures, RecorderFigures, SimulatorFigures, TimingFigures};
+pub use message::Message;
 pub use older::{Gone, Older};
 pub use pattern::{OwnSoles, PatternRefused, read_pattern, write_pattern};
 pub use plain::{Field, Plain, Shape};

@@ -1,8 +1,10 @@
 //! What the robot's driver says and hears.
 
 use crate::plain::plain_struct;
+use crate::rotation::from_row_major;
 use crate::{Header, MAX_JOINTS};
 use iceoryx2::prelude::ZeroCopySend;
+use spatial::{Transform, Vec3};
 
 plain_struct! {
     /// Sensors of the robot, sampled at the tick.
@@ -103,5 +105,21 @@ plain_struct! {
         joints_limited_bits: u64,
         /// Joints whose torque limit was active in the quadratic program: bit *i* is joint *i*.
         torques_limited_bits: u64,
+    }
+}
+
+impl Plan {
+    /// Pose `X_WB` of the base.
+    #[must_use]
+    pub fn base(&self) -> Transform {
+        Transform::new(from_row_major(&self.base_rotation), Vec3::from(self.base_position_m))
+    }
+}
+
+impl PlanFoot {
+    /// Pose `X_WA` of the ankle.
+    #[must_use]
+    pub fn ankle(&self) -> Transform {
+        Transform::new(from_row_major(&self.ankle_rotation), Vec3::from(self.ankle_position_m))
     }
 }

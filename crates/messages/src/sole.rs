@@ -74,7 +74,7 @@ plain_struct! {
         position_m: [[f64; 3]; MAX_CONTACT_NODES],
         /// Forces of the ground on the nodes, world axes.
         force_n: [[f64; 3]; MAX_CONTACT_NODES],
-        /// States: [`crate::code::NodeState`].
+        /// States: [`crate::code::ContactState`].
         state: [u32; MAX_CONTACT_NODES],
     }
 }

@@ -1,4 +1,4 @@
-//! Every algorithm on HRP-4 (nv = 40) and on a random robot of 38 degrees of freedom, beside dynibo where that has it.
+//! Every algorithm on HRP-4 (nv = 40) and on a random robot of 38 degrees of freedom.
 //!
 //! `cargo bench -p multibody`; for the comparison with Pinocchio's C++ see `tools/oracles/speed.py`. With your own robot
 //! instead, its frames by name (an absolute path: cargo starts benchmarks in the package's folder):
@@ -67,63 +67,28 @@ fn algorithms(c: &mut Criterion) {
         crba(&model, &mut ws, &states[0].q, &mut mass_matrix);
         let mut bench = |algorithm: &str, call: &mut dyn FnMut(&State)| {
             let mut next = states.iter().cycle();
-            c.bench_with_input(BenchmarkId::new(format!("{algorithm}/soleus"), &name), &(), |b, ()| {
+            c.bench_with_input(BenchmarkId::new(algorithm, &name), &(), |b, ()| {
                 b.iter(|| call(next.next().expect("endless")));
             });
         };
-        bench("forward kinematics", &mut |s| forward_kinematics(&model, &mut ws, &s.q));
+        bench("forward kinematics", &mut |s| {
+            black_box(forward_kinematics(&model, &mut ws, &s.q));
+        });
         bench("RNEA", &mut |s| rnea(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
         bench("bias forces", &mut |s| bias_forces(&model, &mut ws, &s.q, &s.v, black_box(&mut vector)));
         bench("CRBA", &mut |s| crba(&model, &mut ws, &s.q, black_box(&mut matrix)));
         bench("ABA", &mut |s| aba(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
         bench("Jacobians", &mut |s| {
-            forward_kinematics(&model, &mut ws, &s.q);
-            frames.iter().for_each(|frame| frame_jacobian(&model, &mut ws, *frame, black_box(&mut jacobian)));
+            let mut placed = forward_kinematics(&model, &mut ws, &s.q);
+            frames.iter().for_each(|frame| placed.jacobian(*frame, black_box(&mut jacobian)));
         });
         bench("ABA, refined", &mut |s| {
             black_box(aba_refined(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
         });
-        bench("whole-body terms", &mut |s| whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms)));
+        bench("whole-body terms", &mut |s| {
+            whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms));
+        });
         bench("Cholesky of M", &mut |_| factor.factor(black_box(&mass_matrix)).expect("every joint carries mass"));
-
-        // dynibo reads files, takes its base state in world axes, and has no centre of mass, momentum or shared pass.
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("robot.urdf");
-        std::fs::write(&path, &text).expect("a temporary file");
-        let mut robot = match dynibo::FloatingRobot::from_urdf(&path) {
-            Ok(robot) => robot,
-            Err(refusal) => {
-                eprintln!("{name}: dynibo does not read it: {refusal}");
-                continue;
-            }
-        };
-        assert_eq!(robot.generalized_count(), nv);
-        let targets: Vec<_> = links.iter().map(|link| robot.link_id(link).expect("a link")).collect();
-        let base = dynibo::BaseState::stationary(dynibo::Frame::identity()).expect("a pose");
-        let (mut vector, mut matrix, mut jacobian) = (vec![0.0; nv], vec![0.0; nv * nv], vec![0.0; 6 * nv]);
-        let mut bench = |algorithm: &str, call: &mut dyn FnMut(&State)| {
-            let mut next = states.iter().cycle();
-            c.bench_with_input(BenchmarkId::new(format!("{algorithm}/dynibo"), &name), &(), |b, ()| {
-                b.iter(|| call(next.next().expect("endless")));
-            });
-        };
-        bench("RNEA", &mut |s| {
-            let (q, v, a) = (s.q.joints.as_slice(), &s.v.as_slice()[6..], &s.a.as_slice()[6..]);
-            robot.inverse_dynamics(&base, q, v, a, &[], black_box(&mut vector)).expect("finite input");
-        });
-        bench("CRBA", &mut |s| {
-            robot.mass_matrix(&base, s.q.joints.as_slice(), black_box(&mut matrix)).expect("finite input");
-        });
-        bench("ABA", &mut |s| {
-            let (q, v) = (s.q.joints.as_slice(), &s.v.as_slice()[6..]);
-            robot.forward_dynamics(&base, q, v, s.a.as_slice(), &[], black_box(&mut vector)).expect("finite input");
-        });
-        bench("Jacobians", &mut |s| {
-            for target in &targets {
-                let q = s.q.joints.as_slice();
-                robot.jacobian(&base, q, *target, black_box(&mut jacobian)).expect("finite input");
-            }
-        });
     }
 }
 

@@ -1,4 +1,4 @@
-//! Time per call of every algorithm and of dynibo's, as JSON; `tools/oracles/speed.py` runs it interleaved with Pinocchio.
+//! Time per call of every algorithm, as JSON; `tools/oracles/speed.py` runs it interleaved with Pinocchio.
 //!
 //! `cargo run --release -p multibody --example speed -- ROBOT.urdf FRAME...`
 #![allow(clippy::print_stdout)] // its result
@@ -64,38 +64,21 @@ fn main() {
         let fastest = (0..BATCHES).map(|_| batch(call)).fold(f64::INFINITY, f64::min);
         results.push(format!("\"{name}\": {:.1}", fastest * 1e9));
     };
-    time("forward kinematics", &mut |s| forward_kinematics(&model, &mut ws, &s.q));
+    time("forward kinematics", &mut |s| {
+        black_box(forward_kinematics(&model, &mut ws, &s.q));
+    });
     time("RNEA", &mut |s| rnea(&model, &mut ws, &s.q, &s.v, &s.a, black_box(&mut vector)));
     time("bias forces", &mut |s| bias_forces(&model, &mut ws, &s.q, &s.v, black_box(&mut vector)));
     time("CRBA", &mut |s| crba(&model, &mut ws, &s.q, black_box(&mut matrix)));
     time("ABA", &mut |s| aba(&model, &mut ws, &s.q, &s.v, &s.tau, black_box(&mut vector)));
     time("Jacobians of the frames", &mut |s| {
-        forward_kinematics(&model, &mut ws, &s.q);
+        let mut placed = forward_kinematics(&model, &mut ws, &s.q);
         for frame in &frames {
-            frame_jacobian(&model, &mut ws, *frame, black_box(&mut jacobian));
+            placed.jacobian(*frame, black_box(&mut jacobian));
         }
     });
-    time("whole-body terms", &mut |s| whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms)));
-    // dynibo takes its base state in world axes, refuses mimic joints, and has no centre of mass, momentum or shared pass.
-    match dynibo::FloatingRobot::from_urdf(&path) {
-        Ok(mut robot) => {
-            let base = dynibo::BaseState::stationary(dynibo::Frame::identity()).expect("a pose");
-            let (mut vector, mut matrix) = (vec![0.0; nv], vec![0.0; nv * nv]);
-            time("dynibo RNEA", &mut |s| {
-                let (q, v, a) = (s.q.joints.as_slice(), &s.v.as_slice()[6..], &s.a.as_slice()[6..]);
-                robot.inverse_dynamics(&base, q, v, a, &[], black_box(&mut vector)).expect("finite input");
-            });
-            time("dynibo CRBA", &mut |s| {
-                robot.mass_matrix(&base, s.q.joints.as_slice(), black_box(&mut matrix)).expect("finite input");
-            });
-            time("dynibo ABA", &mut |s| {
-                let (q, v) = (s.q.joints.as_slice(), &s.v.as_slice()[6..]);
-                robot
-                    .forward_dynamics(&base, q, v, s.tau.as_slice(), &[], black_box(&mut vector))
-                    .expect("finite input");
-            });
-        }
-        Err(refusal) => eprintln!("dynibo does not read {path}: {refusal}"),
-    }
+    time("whole-body terms", &mut |s| {
+        whole_body_terms(&model, &mut ws, &s.q, &s.v, black_box(&mut terms));
+    });
     println!("{{{}}}", results.join(", "));
 }

@@ -1,3 +1,5 @@
+//! Why a text is no robot.
+
 use spatial::InertiaError;
 
 /// Why a text is not a robot, or a name is not one of its names.

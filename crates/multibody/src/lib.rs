@@ -17,7 +17,7 @@
 //! | `tau` | generalised force; its first six entries act on the base, in B, about the origin of B | nv | N, N m |
 //! | `M` | mass matrix, symmetric positive definite ([`crba`]) | nv x nv | kg, kg m, kg m^2 |
 //! | `h` | Coriolis, centrifugal and gravity forces ([`bias_forces`]) | nv | N, N m |
-//! | `J_k` | Jacobian of a frame: `[velocity of its origin; angular velocity] = J v`, world axes ([`frame_jacobian`]) | 6 x nv | – |
+//! | `J_k` | Jacobian of a frame: `[velocity of its origin; angular velocity] = J v`, world axes ([`Placed::jacobian`]) | 6 x nv | – |
 //! | `Jdot v` | drift: the frame's acceleration when `vd = 0` (the origin's classical acceleration) | 6 | m/s^2, rad/s^2 |
 //! | `Ag` | centroidal momentum matrix: `[linear; angular about G] momentum = Ag v`, world axes | 6 x nv | – |
 //!
@@ -36,6 +36,10 @@
 //! number at the robot's size, so nothing is lost 100 m from the origin. [`crba`] does the same in base axes, where M's rows
 //! for the base need no rotation. [`rnea`] and [`aba`] work in the bodies' own frames: alone they are cheapest there, and
 //! exact for a light hand on a long arm.
+//!
+//! Two storeys: `tree/` has the recursions, which know one coordinate per body and nothing else; [the public
+//! functions](forward_kinematics) stand above and ask once whether joints follow others. Kinematics returns what it found
+//! ([`Placed`], [`Moving`]) and borrows the workspace for it, so that nobody reads the placements of another configuration.
 //!
 //! All memory is in [`Workspace`] and in the outputs; no algorithm allocates (a test counts). Products are written with
 //! fused multiply-adds, and sines are computed four at a time.
@@ -58,66 +62,10 @@
 //!   Effort limits are not combined: the leader's drive is the only one.
 //! - The rotor of a follower ([`Model::set_follower_rotor_inertia`]) is felt by the leader `a^2` times.
 //!
-//! # Accuracy
-//! Worst relative error against Pinocchio 4.1.0 (`python3 tools/oracles/dynamics.py --all`: 69 public robots, nine of them
-//! with joints that follow others, 20 random trees without such joints and 20 with them, 20 states each, joints far outside
-//! their limits, base rotations up to half a turn): 4e-14 for all quantities but the forward dynamics; those 3e-12, except in
-//! one state of an iCub whose head is a point mass (condition number of M: 2e11). There the two differ by 1.1e-9, and a
-//! solution with 60 digits decides: [`aba`] is 3.8e-10 from it, Pinocchio 6.7e-10, and rounding the entries of the exact M to
-//! doubles would alone cost 2.3e-10. With `--exact`, 60 digits judge all 2160 states that have an answer: median 1.8e-16
-//! ([`aba`]), 3.2e-16 (Pinocchio; where joints follow others, its M solved by numpy).
+//! How right and how quick it is, beside Pinocchio and 60 digits: `docs/performance.md`.
 //!
-//! The error of the forward dynamics has no bound: with the condition number of M it grows, for anything that holds M or
-//! articulated inertias in doubles (150 other states of that iCub: at most 2.8e-9, Pinocchio 4.9e-9, M rounded 1.2e-9;
-//! `--urdf .../icub.urdf --exact --states 150 --seed 7`). [`aba_refined`] reports it: in these states its estimate is 0.08 to
-//! 1.8 times the true error in nine cases of ten.
-//!
-//! # Speed
-//! `python3 tools/oracles/speed.py` on an AMD EPYC (Zen 5), both sides interleaved in one run, fastest of many batches:
-//! Pinocchio's C++ header-only with `-O3 -march=native`, the quicker of its two conventions; Soleus with the workspace's
-//! `x86-64-v3`. The bundle is all that a whole-body controller needs: M, h, five Jacobians with drift, centre of mass,
-//! its Jacobian and drift, `Ag` and its drift.
-//!
-//! | ns per call | HRP-4, nv 40 | Pinocchio | ratio | TALOS, nv 38 | Pinocchio | ratio | G1, nv 35 | Pinocchio | ratio |
-//! |---|---|---|---|---|---|---|---|---|---|
-//! | forward kinematics | 443 | 1056 | 0.42 | 435 | 1030 | 0.42 | 397 | 906 | 0.44 |
-//! | RNEA | 962 | 3424 | 0.28 | 933 | 3318 | 0.28 | 842 | 3010 | 0.28 |
-//! | bias forces | 914 | 3706 | 0.25 | 898 | 3590 | 0.25 | 803 | 3164 | 0.25 |
-//! | CRBA | 1117 | 2157 | 0.52 | 1064 | 2104 | 0.51 | 947 | 1866 | 0.51 |
-//! | ABA | 2474 | 7535 | 0.33 | 2435 | 7238 | 0.34 | 2182 | 6392 | 0.34 |
-//! | five Jacobians | 595 | 1798 | 0.33 | 592 | 1793 | 0.33 | 553 | 1632 | 0.34 |
-//! | whole-body bundle | 1771 | 13493 | 0.13 | 1695 | 13258 | 0.13 | 1578 | 11568 | 0.14 |
-//!
-//! In the same run, of dynibo 0.5.3's time, on HRP-4 and G1: RNEA 0.40 and 0.39, CRBA 0.22 and 0.21, ABA 0.35 and 0.34 (it
-//! has no bundle, and refuses TALOS for its mimic joints). `cargo bench -p multibody` has the two side by side in criterion,
-//! with `BENCH_URDF` and `BENCH_FRAMES` on any robot. Times move by some 5 % from run to run, ratios by 0.02.
-//!
-//! `target-cpu`, on the hot paths of the whole workspace (`cargo xtask target-cpu`, best of three rounds), times relative to
-//! `x86-64-v3`:
-//!
-//! | | `x86-64-v3` | plain `x86-64` | `native` (AVX-512) |
-//! |---|---|---|---|
-//! | whole-body bundle, HRP-4 | 1.80 us | 1.17 | 1.12 |
-//! | RNEA | 0.97 us | 1.46 | 0.97 |
-//! | CRBA | 1.21 us | 1.08 | 1.16 |
-//! | ABA | 2.45 us | 1.19 | 0.99 |
-//! | friction, Gauss-Seidel, 104 contacts | 198 us | 15.9 | 0.91 |
-//! | friction, Newton, 104 contacts | 1.67 ms | 37 | 0.77 |
-//! | estimator, one foot | 56 us | 17.3 | 0.92 |
-//! | estimator, double support | 127 us | 15.8 | 0.96 |
-//! | plant's contact, 72 patches | 37 us | 19.8 | 0.93 |
-//! | whole-body step, single support | 21.7 us | 5.0 | 1.01 |
-//! | whole-body step, double support | 29.6 us | 5.8 | 1.01 |
-//! | the same by Clarabel | 789 us | 1.16 | 1.05 |
-//! | pattern of 11 swings, build | 0.27 ms | 1.22 | 1.41 |
-//! | pattern of 11 swings, solve | 3.5 ms | 1.08 | 1.02 |
-//! | pattern of 1000 swings, solve | 320 ms | 1.05 | 1.01 |
-//! | geometric mean | | 3.7 | 1.01 |
-//!
-//! Without a fused multiply-add in the instruction set each `mul_add` of the contact solvers is a call. `x86-64-v3` is the workspace's
-//! choice: as quick as `native`, on every machine since 2013, and a recording replays bit for bit between builds for the same features.
-//!
-//! [`leg`] solves six-joint legs whose hip and ankle axes meet in closed form.
+//! [`leg`] solves six-joint legs: in closed form where the hip's and the ankle's axes meet as HRP-4's do, by damped Newton
+//! steps elsewhere.
 //!
 //! # What is not modelled
 //! Closed kinematic chains, joints other than revolute, continuous and prismatic, flexible links, joint friction; couplings
@@ -130,39 +78,33 @@
 //! drift from the quantities of the CRBA and the RNEA.
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
-mod aba;
-mod aba_refined;
-mod cholesky;
-mod configuration;
-mod coupling;
-mod crba;
+mod algorithms;
+mod coupled;
 mod error;
-mod jacobian;
-mod kinematics;
 pub mod leg;
 mod links;
-mod mimic;
+mod mass_factor;
 mod model;
+mod placed;
+mod refined;
 mod rigid;
-mod rnea;
+mod tree;
 mod urdf;
-mod whole_body;
 mod workspace;
 
-pub use aba::{aba, aba_with_external};
-pub use aba_refined::aba_refined;
-pub use cholesky::{MassFactor, NotPositiveDefinite};
-pub use configuration::Configuration;
-pub use crba::crba;
-pub use error::{Item, ModelError};
-pub use jacobian::{com_jacobian, frame_drift, frame_jacobian};
-pub use kinematics::{center_of_mass, forward_kinematics, forward_kinematics_velocity};
-pub use links::{HeldLink, Motion, held_links};
-pub use mimic::{CarriedJoint, carried_joints};
-pub use model::{
-    Base, Follower, FollowerIndex, Frame, FrameIndex, InertiaCheck, Joint, JointIndex, JointMotion, Limits, Model,
-    ModelOptions,
+pub use algorithms::{
+    aba, aba_with_external, bias_forces, crba, forward_kinematics, forward_kinematics_velocity, gravity_forces, rnea,
+    rnea_with_external, whole_body_terms,
 };
-pub use rnea::{bias_forces, gravity_forces, rnea, rnea_with_external};
-pub use whole_body::{FrameTerms, WholeBodyTerms, whole_body_terms};
+pub use error::{Item, ModelError};
+pub use links::{HeldLink, Motion, held_links};
+pub use mass_factor::{MassFactor, NotPositiveDefinite};
+pub use model::{
+    Base, CarriedJoint, Configuration, Follower, FollowerIndex, Frame, FrameIndex, InertiaCheck, Joint, JointIndex,
+    JointMotion, Model, ModelOptions, carried_joints,
+};
+pub use placed::{Moving, Placed};
+pub use refined::aba_refined;
+pub use tree::whole_body::{FrameTerms, WholeBodyTerms};
+pub use urdf::Limits;
 pub use workspace::Workspace;

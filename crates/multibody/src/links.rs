@@ -1,6 +1,6 @@
 //! The links of a URDF and where their joints hold them: what a picture of the robot needs.
 
-use crate::ModelError;
+use crate::error::ModelError;
 use crate::urdf::{self, Kind};
 use spatial::{Transform, Vec3};
 

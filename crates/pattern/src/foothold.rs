@@ -1,3 +1,5 @@
+//! Sides and footholds.
+
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use spatial::{Transform, Vec3, so3};

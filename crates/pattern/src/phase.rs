@@ -1,3 +1,5 @@
+//! One phase of the walk: its polynomials, and the closed form of the centre of mass.
+
 use crate::{Foothold, Quintic, Side, ZmpShift};
 use serde::{Deserialize, Serialize};
 

@@ -1,3 +1,5 @@
+//! Quintic polynomials.
+
 use serde::{Deserialize, Serialize};
 
 /// `sum a_i t^i`, i = 0..5, in powers of the local time (s).

@@ -1,3 +1,5 @@
+//! What a pattern says of one instant.
+
 use crate::{Foothold, PhaseKind};
 use nalgebra::Vector2;
 use spatial::Vec3;

@@ -1,3 +1,5 @@
+//! The whole walk: phases one after the other, evaluated at any time.
+
 use crate::{FootReference, Foothold, Phase, PhaseKind, Planar, PlanarMotion, Reference, Scalar, SwingReference};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

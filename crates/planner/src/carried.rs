@@ -1,6 +1,6 @@
 //! What the soles must carry before anybody walks: [`stance::certify`], within the planner's limits and in its words.
 
-use crate::check::word;
+use crate::words::word;
 use crate::{NotWalkable, PlannerSettings};
 use sole::{Cause, Status};
 use stance::{Carried, Largest, NotCarried, WalkOnSoles, certify};

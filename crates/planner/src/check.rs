@@ -1,13 +1,12 @@
 //! What a pattern must fulfil beyond its own constraints before anybody walks it: soles that can carry it, legs that can follow.
 
 use gait::{CheckReport, GaitSettings, Plan, Quantity, Worst};
-use pattern::Side;
 use robot::Robot;
 use std::path::PathBuf;
 use wholebody::ConfigurationError;
 
-use crate::findings::{amount, place};
 use crate::reach::{LegsError, RobotLegs};
+use crate::words::{amount, place, word};
 
 /// Grid of the check (s).
 const GRID_S: f64 = 1e-3;
@@ -15,9 +14,6 @@ const GRID_S: f64 = 1e-3;
 const FRICTION_USE_MAX: f64 = 0.99;
 /// Masses that agree to this part are the same: a robot is weighed to some hundred grams, and batteries differ.
 const SAME_MASS: f64 = 0.01;
-/// Names of a leg's joints, from the hip.
-pub(crate) const JOINTS: [&str; 6] = ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"];
-
 /// A walk that cannot be walked.
 #[derive(Debug, thiserror::Error)]
 pub enum NotWalkable {
@@ -163,25 +159,18 @@ pub enum NotWalkable {
     },
     /// A joint would pass its limit.
     #[error(
-        "at {time_s:.3} s the {joint} of the {leg} leg would be {by_deg:.2} degrees beyond its limit: change the steps, gait.swing.apex_m or gait.body.com_height_m"
+        "at {time_s:.3} s joint {joint} of the {leg} leg would be {by_deg:.2} degrees beyond its limit: change the steps, gait.swing.apex_m or gait.body.com_height_m"
     )]
     Joint {
         /// Walk time.
         time_s: f64,
         /// Which leg.
         leg: &'static str,
-        /// Which joint.
-        joint: &'static str,
+        /// Its name.
+        joint: String,
         /// By how much.
         by_deg: f64,
     },
-}
-
-pub(crate) fn word(side: Side) -> &'static str {
-    match side {
-        Side::Left => "left",
-        Side::Right => "right",
-    }
 }
 
 /// Friction that a plan may use; `friction`: instead of that of the robot's soles.
@@ -236,7 +225,12 @@ pub(crate) fn check(
         let within = room_rad >= 0.0;
         if !within {
             let by_deg = -room_rad.to_degrees();
-            return Err(NotWalkable::Joint { time_s, leg: word(leg), joint: JOINTS[joint], by_deg });
+            return Err(NotWalkable::Joint {
+                time_s,
+                leg: word(leg),
+                joint: legs.joint_name(leg, joint).to_owned(),
+                by_deg,
+            });
         }
     }
     Ok(report)
@@ -476,7 +470,7 @@ mod tests {
     #[test]
     fn a_foot_lifted_higher_than_its_knee_bends_is_refused_with_the_joint() {
         let refused = plan(&["gait.swing.apex_m=0.5"]).expect_err("the knee bends by 125 degrees").to_string();
-        assert!(refused.contains("the knee of the") && refused.contains("gait.swing.apex_m"), "{refused}");
+        assert!(refused.contains("_KNEE_P of the") && refused.contains("gait.swing.apex_m"), "{refused}");
     }
 
     #[test]

@@ -15,6 +15,7 @@ mod reach;
 mod rehearsed;
 mod settings;
 mod shift;
+mod words;
 
 pub use check::NotWalkable;
 pub use reach::{LegsError, RobotLegs};
@@ -39,6 +40,8 @@ pub struct PlannerOutput {
     pub friction_available: f64,
     /// What the soles said; `None` if none were asked.
     pub soles: Option<Carried>,
+    /// Names of the legs' joints, left and right, from the hip.
+    pub leg_joints: [[String; 6]; 2],
     /// What the rehearsal found.
     pub rehearsal: Rehearsal,
     /// In words, what is left to the limits of travel, speed and torque where it is least.
@@ -71,6 +74,7 @@ pub fn plan_with_store(settings: &PlannerSettings, store: &mut Store) -> Result<
     let mut plan = gait::plan(&gait)?;
     let friction_available = check::friction_available(&robot, settings.estimator.sole.friction);
     let check = check::check(&plan, &gait, &robot, friction_available, settings.constraint_violation_max_m)?;
+    let leg_joints = robot_model::leg_joints(&robot).map_err(LegsError::from).map_err(NotWalkable::Legs)?;
     let (rehearsal, rooms) = shift::rehearse(&mut plan.pattern, &robot, settings)?;
     let estimator = &settings.estimator;
     let soles = estimator.soles(&robot, store)?;
@@ -78,5 +82,5 @@ pub fn plan_with_store(settings: &PlannerSettings, store: &mut Store) -> Result<
     let mut walk = WalkOnSoles::new(plan.pattern.clone(), soles, &estimator.stance(), CONTROL_PERIOD_S);
     let soles = soft.then(|| carried::check(&mut walk, settings)).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
-    Ok(PlannerOutput { plan, check, friction_available, soles, rehearsal, rooms, header, phases })
+    Ok(PlannerOutput { plan, check, friction_available, soles, leg_joints, rehearsal, rooms, header, phases })
 }

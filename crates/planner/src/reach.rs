@@ -1,18 +1,21 @@
 //! Whether the robot's legs can follow a walk.
 
 use gait::{LegClearance, LegReach};
-use multibody::leg::{LegError, LegGeometry};
+use multibody::leg::{LegError, LegKinematics};
 use multibody::{Configuration, JointIndex, Limits, Model, Workspace};
 use pattern::Side;
 use robot::Robot;
 use robot_model::{RobotModelError, leg_joints, walking_model};
 use spatial::{Transform, Vec3, so3};
 
-/// Both legs of a robot: closed-form inverse kinematics and joint limits. The body is upright and stands to the centre of
+/// Both legs of a robot: inverse kinematics and joint limits. The body is upright and stands to the centre of
 /// mass as it does at half-sitting; walking moves the centre of mass in the body by about a centimetre.
 #[derive(Debug, Clone)]
 pub struct RobotLegs {
-    legs: [LegGeometry; 2],
+    legs: [LegKinematics; 2],
+    /// Joint angles at half-sitting (rad), near which walking is.
+    half_sitting_rad: [[f64; 6]; 2],
+    names: [[String; 6]; 2],
     limits: [[Limits; 6]; 2],
     base_from_com: Vec3,
     mass_kg: f64,
@@ -24,8 +27,8 @@ pub enum LegsError {
     /// The robot's folder makes no model.
     #[error(transparent)]
     Model(#[from] RobotModelError),
-    /// The closed form does not hold.
-    #[error("the {side} leg has no closed-form inverse kinematics")]
+    /// No inverse kinematics holds for one.
+    #[error("the {side} leg has no inverse kinematics")]
     Leg {
         /// Which leg.
         side: &'static str,
@@ -49,17 +52,27 @@ impl RobotLegs {
                 *joint = model.joint(name).map_err(unknown)?;
             }
             let ankle = model.frame(&robot.description.feet[foot].ankle_frame).map_err(unknown)?;
-            let geometry = LegGeometry::of_model(&model, &joints, ankle);
-            let geometry = geometry.map_err(|source| LegsError::Leg { side, source })?;
-            Ok::<_, LegsError>((geometry, joints.map(|joint| model.joints()[joint.0].limits)))
+            let kinematics = LegKinematics::of_model(&model, &joints, ankle);
+            let kinematics = kinematics.map_err(|source| LegsError::Leg { side, source })?;
+            Ok::<_, LegsError>((kinematics, joints.map(|joint| model.joints()[joint.0].limits)))
         };
         let (left, right) = (leg(0, "left")?, leg(1, "right")?);
         Ok(Self {
             legs: [left.0, right.0],
             limits: [left.1, right.1],
+            half_sitting_rad: names
+                .each_ref()
+                .map(|leg| leg.each_ref().map(|name| robot.description.half_sitting_rad(name))),
+            names,
             base_from_com: -com_in_base(&model, robot),
             mass_kg: model.total_mass_kg(),
         })
+    }
+
+    /// Name of a leg's joint, counted from the hip.
+    #[must_use]
+    pub fn joint_name(&self, leg: Side, joint: usize) -> &str {
+        &self.names[leg.index()][joint]
     }
 
     /// Mass of the whole robot (kg).
@@ -76,8 +89,7 @@ fn com_in_base(model: &Model, robot: &Robot) -> Vec3 {
         *position = robot.description.half_sitting_rad(&joint.name);
     }
     let mut workspace = Workspace::new(model);
-    multibody::forward_kinematics(model, &mut workspace, &q);
-    let com = multibody::center_of_mass(model, &workspace) - q.base.translation;
+    let com = multibody::forward_kinematics(model, &mut workspace, &q).center_of_mass() - q.base.translation;
     Vec3::new(com.x, 0.0, com.z)
 }
 
@@ -85,17 +97,13 @@ impl LegReach for RobotLegs {
     fn clearance(&self, leg: Side, com: &Vec3, heading_rad: f64, ankle: &Transform) -> LegClearance {
         let heading = so3::about_z(heading_rad);
         let base = Transform::new(heading, com + heading * self.base_from_com);
-        let geometry = &self.legs[leg.index()];
+        let kinematics = &self.legs[leg.index()];
         let X_BF = base.inverse() * *ankle;
-        let found = geometry.inverse(&X_BF);
+        let found = kinematics.inverse(&X_BF, &self.half_sitting_rad[leg.index()]);
         let limits = &self.limits[leg.index()];
+        let distance = (X_BF.translation - kinematics.hip_in_base()).norm();
         // With the knee at its lower limit the leg is as long as it may get.
-        let stretched = |knee: f64| {
-            let knee_to_hip = Vec3::new(0.0, geometry.knee_offset_m, -geometry.thigh_m);
-            (knee_to_hip + so3::about_y(knee) * Vec3::new(0.0, 0.0, -geometry.shank_m)).norm()
-        };
-        let distance = (X_BF.translation - geometry.hip_in_base).norm();
-        let extension_m = stretched(limits[3].lower.max(0.0)) - distance;
+        let extension_m = kinematics.length_m(limits[3].lower.max(0.0)) - distance;
         let room = |joint: usize| {
             let angle = found.joints_rad[joint];
             (angle - limits[joint].lower).min(limits[joint].upper - angle)
@@ -139,9 +147,9 @@ mod tests {
                 q.joints[joint.0] = *angle;
             }
             let mut workspace = Workspace::new(&self.model);
-            multibody::forward_kinematics(&self.model, &mut workspace, &q);
+            let placed = multibody::forward_kinematics(&self.model, &mut workspace, &q);
             let com = q.base.translation + q.base.rotation * com_in_base(&self.model, &self.robot);
-            (workspace.placement(&self.model, self.ankles[leg.index()]), com)
+            (placed.pose(self.ankles[leg.index()]), com)
         }
     }
 

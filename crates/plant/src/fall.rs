@@ -1,6 +1,6 @@
 //! When a run counts as fallen.
 
-use multibody::{FrameIndex, Model, Workspace};
+use multibody::{FrameIndex, Model, Placed};
 use sole::Ground;
 
 use crate::settings::FallSettings;
@@ -38,15 +38,15 @@ impl std::fmt::Display for FallReason {
     }
 }
 
-/// Looks for a fall; `ws` holds the placements, `links` the frames that must stay above the ground.
+/// Looks for a fall; `links` are the frames that must stay above the ground.
 pub(crate) fn detect(
     settings: &FallSettings,
     model: &Model,
-    ws: &Workspace,
+    placed: &Placed<'_>,
     links: &[FrameIndex],
     ground: &dyn Ground,
 ) -> Option<FallReason> {
-    let base = ws.placement(model, model.base_frame());
+    let base = placed.pose(model.base_frame());
     if !base.translation.iter().chain(base.rotation.iter()).all(|x| x.is_finite()) {
         return Some(FallReason::NotFinite);
     }
@@ -60,7 +60,7 @@ pub(crate) fn detect(
         return Some(FallReason::Tilted(tilt_rad));
     }
     links.iter().find_map(|&link| {
-        let height_m = above_ground(&ws.placement(model, link).translation);
+        let height_m = above_ground(&placed.pose(link).translation);
         (height_m < settings.link_height_min_m)
             .then(|| FallReason::LinkLow(model.frames()[link.0].name.clone(), height_m))
     })

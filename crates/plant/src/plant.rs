@@ -1,6 +1,9 @@
 //! The simulated robot as one thing: what a control computer would be connected to.
 
-use multibody::{Configuration, FrameIndex, JointIndex, Model, ModelError, Workspace, forward_kinematics_velocity};
+use multibody::{
+    Configuration, FrameIndex, JointIndex, Model, ModelError, Workspace, forward_kinematics,
+    forward_kinematics_velocity,
+};
 use nalgebra::DVector;
 use sole::{ContactReport, Ground};
 use spatial::{Transform, Vec3, Wrench};
@@ -13,9 +16,9 @@ use crate::servo::{Servo, UnknownDrive};
 use crate::settings::PlantSettings;
 use crate::step::{AppliedForce, Scene, State, StepTime, Stepper};
 use crate::truth::{FootTruth, Integration, Truth};
-use multibody::leg::{LegError, LegGeometry};
+use multibody::leg::LegError;
 use ranges::OutOfRange;
-use stabiliser::{Leg, Plan, Sensed, Stabiliser, StabiliserReport, zero_moment_point};
+use stabiliser::{Leg, Plan, Sensed, Stabiliser, StabiliserReport};
 
 /// Names of the frames and joints that the plant needs to know. Feet and legs are left, right.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,28 +137,21 @@ impl Plant {
 
         let soles = soles.map(Into::into);
         let mut ws = Workspace::new(&model);
-        multibody::forward_kinematics(&model, &mut ws, &model.neutral());
-        let in_ankle =
-            |frame: FrameIndex, foot: usize| ws.placement(&model, ankles[foot]).inverse() * ws.placement(&model, frame);
+        let placed = forward_kinematics(&model, &mut ws, &model.neutral());
         let mut legs = Vec::with_capacity(2);
         for (foot, side) in ["left", "right"].into_iter().enumerate() {
             let mut joints = [JointIndex(0); 6];
             for (joint, name) in joints.iter_mut().zip(&frames.legs[foot]) {
                 *joint = model.joint(name)?;
             }
-            legs.push(Leg {
-                geometry: LegGeometry::of_model(&model, &joints, ankles[foot])
-                    .map_err(|error| PlantError::Leg { side, error })?,
-                joints: joints.map(|joint| joint.0),
-                ankle: ankles[foot],
-                sole_in_ankle: Transform::from_translation(-soles[foot].ankle_in_sole_m()),
-                sensor_in_ankle: in_ankle(sensors[foot], foot),
-            });
+            let leg = Leg::of_model(&model, joints, ankles[foot], sensors[foot], &soles[foot].ankle_in_sole_m());
+            legs.push(leg.map_err(|error| PlantError::Leg { side, error })?);
         }
         let legs = [legs[0], legs[1]];
-        let imu_in_base = (ws.placement(&model, model.base_frame()).inverse() * ws.placement(&model, imu)).rotation;
+        let imu_in_base = (placed.pose(model.base_frame()).inverse() * placed.pose(imu)).rotation;
         let sole_frames =
             [0, 1].map(|i| model.add_frame(["left sole", "right sole"][i], ankles[i], legs[i].sole_in_ankle));
+        let stepper = Stepper::new(&model, settings.step, sole_frames, pushed.len());
         let joint_count = model.joint_count();
         let state = State { q: model.neutral(), v: DVector::zeros(model.nv()) };
         Ok(Self {
@@ -165,7 +161,7 @@ impl Plant {
             links,
             applied: Vec::with_capacity(pushed.len()),
             pushed,
-            stepper: Stepper::new(&model, settings.step, sole_frames),
+            stepper,
             step_units: 1 << HALVINGS_MAX,
             servo,
             feet: soles.map(|sole| Foot::new(sole, &settings.contact)),
@@ -212,12 +208,10 @@ impl Plant {
         self.state.q.joints.copy_from(&q.joints);
         self.state.v.copy_from(v);
         self.servo.hold(&q.joints);
-        forward_kinematics_velocity(&self.model, &mut self.ws, &self.state.q, &self.state.v);
-        self.imu_velocity = self.ws.velocity(&self.model, self.imu).linear;
-        let wrenches = [0, 1].map(|i| {
-            let X_WS = self.ws.placement(&self.model, self.sole_frames[i]);
-            self.feet[i].place(&X_WS, &self.settings.ground).wrench
-        });
+        let moving = forward_kinematics_velocity(&self.model, &mut self.ws, &self.state.q, &self.state.v);
+        self.imu_velocity = moving.velocity(self.imu).linear;
+        let wrenches =
+            [0, 1].map(|i| self.feet[i].place(&moving.pose(self.sole_frames[i]), &self.settings.ground).wrench);
         self.stepper.place(&self.model, &self.state, wrenches);
         self.step_units = 1 << HALVINGS_MAX;
         self.stabiliser.restart();
@@ -376,8 +370,8 @@ impl Plant {
         for foot in &mut self.feet {
             foot.complete();
         }
-        let (model, ws) = (&self.model, &mut self.ws);
-        forward_kinematics_velocity(model, ws, &self.state.q, &self.state.v);
+        let model = &self.model;
+        let moving = forward_kinematics_velocity(model, &mut self.ws, &self.state.q, &self.state.v);
         let t_s = self.ticks as f64 * self.settings.step.control_period_s;
         let momentum = self.stepper.momentum(&self.state);
         let mass = model.total_mass_kg();
@@ -386,23 +380,22 @@ impl Plant {
         let mut feet = [FootTruth::default(); 2];
         let mut total = Wrench::zero();
         for (i, foot) in feet.iter_mut().enumerate() {
-            let sole = ws.placement(model, self.sole_frames[i]);
+            let sole = moving.pose(self.sole_frames[i]);
             let wrench = self.stepper.wrenches[i];
             let ground_height_m = self.settings.ground.height_and_normal(sole.translation.x, sole.translation.y).0;
-            let origin = Vec3::new(sole.translation.x, sole.translation.y, ground_height_m);
-            let zmp = zero_moment_point(&wrench.about(&(origin - sole.translation)), &origin);
-            *foot = FootTruth { sole, ankle: ws.placement(model, self.legs[i].ankle), wrench, zmp, ground_height_m };
+            let zmp = wrench.zmp(&sole.translation, ground_height_m);
+            *foot = FootTruth { sole, ankle: moving.pose(self.legs[i].ankle), wrench, zmp, ground_height_m };
             total = total + wrench.about(&-sole.translation);
         }
-        let origin = Vec3::new(0.0, 0.0, 0.5 * (feet[0].ground_height_m + feet[1].ground_height_m));
+        let ground_height_m = 0.5 * (feet[0].ground_height_m + feet[1].ground_height_m);
         let pushes: Vec3 = self.applied.iter().map(|push| push.force).sum();
         let strongest = self.applied.iter().max_by(|a, b| a.force.norm().total_cmp(&b.force.norm()));
-        let push_point = strongest.map_or(Vec3::zeros(), |push| ws.placement(model, push.frame).translation);
+        let push_point = strongest.map_or(Vec3::zeros(), |push| moving.pose(push.frame).translation);
 
         // Exact measurements.
         let exact = &mut self.exact;
-        let X_WI = ws.placement(model, self.imu);
-        let twist = ws.velocity(model, self.imu);
+        let X_WI = moving.pose(self.imu);
+        let twist = moving.velocity(self.imu);
         let passed = if self.ticks == 0 { f64::INFINITY } else { self.settings.step.control_period_s };
         exact.t_s = t_s;
         exact.joint_positions.copy_from(&self.state.q.joints);
@@ -424,23 +417,23 @@ impl Plant {
         }
         self.sensors.measure(exact);
 
-        let base_twist = ws.velocity(model, base_frame);
+        let base_twist = moving.velocity(base_frame);
         let rest = &self.settings.rest;
         let resting = base_twist.linear.norm() < rest.base_speed_max_m_per_s
             && base_twist.angular.norm() < rest.base_rate_max_rad_per_s;
         self.resting_ticks = if resting && self.ticks > 0 { self.resting_ticks + 1 } else { 0 };
-        if let Some(reason) = detect(&self.settings.fall, model, ws, &self.links, &self.settings.ground) {
+        if let Some(reason) = detect(&self.settings.fall, model, &moving, &self.links, &self.settings.ground) {
             self.fallen = Some(Fall { t_s, reason });
         }
         self.truth = Truth {
             t_s,
-            base: ws.placement(model, base_frame),
+            base: moving.pose(base_frame),
             base_twist,
             com: momentum.com,
             com_velocity: momentum.linear / mass,
             com_acceleration: (total.force + pushes) / mass + model.gravity(),
             angular_momentum: momentum.angular,
-            zmp: zero_moment_point(&total.about(&origin), &origin),
+            zmp: total.zmp(&Vec3::zeros(), ground_height_m),
             push_force: pushes,
             push_point,
             feet,
@@ -469,11 +462,9 @@ fn links_off_the_ground(model: &Model, ankles: &[FrameIndex; 2]) -> Vec<FrameInd
     let feet = ankles.map(|ankle| model.joint_above(ankle));
     // The link between the ankle's pitch and roll axes has its origin at the ankle too.
     let mut ws = Workspace::new(model);
-    multibody::forward_kinematics(model, &mut ws, &model.neutral());
+    let placed = forward_kinematics(model, &mut ws, &model.neutral());
     let at_ankle = |frame: FrameIndex| {
-        ankles.iter().any(|&ankle| {
-            (ws.placement(model, frame).translation - ws.placement(model, ankle).translation).norm() == 0.0
-        })
+        ankles.iter().any(|&ankle| (placed.pose(frame).translation - placed.pose(ankle).translation).norm() == 0.0)
     };
     (0..model.frames().len())
         .map(FrameIndex)

@@ -40,7 +40,7 @@
 //! on one sole (150 rad/s at 1 ms), against about 1.5 from the sole's own viscosity; 0.002 for the slow roll mode (4 rad/s).
 //! The [energies](crate::energy) name what the integrator itself dissipates.
 
-use multibody::{Configuration, FrameIndex, Model, Workspace, bias_forces, crba, forward_kinematics, frame_jacobian};
+use multibody::{Configuration, FrameIndex, Model, Workspace, bias_forces, crba, forward_kinematics};
 use nalgebra::{DMatrix, DVector};
 use sole::Ground;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench, so3};
@@ -112,7 +112,6 @@ pub(crate) struct Stepper {
     settings: StepSettings,
     sole_frames: [FrameIndex; 2],
     ws: Workspace,
-    trial_ws: Workspace,
     M: DMatrix<f64>,
     bias: DVector<f64>,
     J: [DMatrix<f64>; 2],
@@ -133,6 +132,9 @@ pub(crate) struct Stepper {
     drives: Vec<DriveTorque>,
     damping: DVector<f64>,
     slip_work_j: f64,
+    /// Origins of the sole frames and points of the applied forces at the beginning of the step, world axes.
+    soles_before: [Vec3; 2],
+    pushed_before: Vec<Vec3>,
     /// Wrenches of the ground about the sole frames' origins, world axes, at the beginning of the step.
     wrenches_before: [Wrench; 2],
     /// The same at the accepted pose.
@@ -159,14 +161,14 @@ pub(crate) struct StepTime {
 }
 
 impl Stepper {
-    pub fn new(model: &Model, settings: StepSettings, sole_frames: [FrameIndex; 2]) -> Self {
+    /// At most `pushes_max` forces are applied in a step.
+    pub fn new(model: &Model, settings: StepSettings, sole_frames: [FrameIndex; 2], pushes_max: usize) -> Self {
         let nv = model.nv();
         let zero = DVector::zeros(nv);
         Self {
             settings,
             sole_frames,
             ws: Workspace::new(model),
-            trial_ws: Workspace::new(model),
             M: DMatrix::zeros(nv, nv),
             bias: zero.clone(),
             J: [DMatrix::zeros(6, nv), DMatrix::zeros(6, nv)],
@@ -185,6 +187,8 @@ impl Stepper {
             drives: vec![DriveTorque::default(); model.joint_count()],
             damping: zero,
             slip_work_j: 0.0,
+            soles_before: [Vec3::zeros(); 2],
+            pushed_before: Vec::with_capacity(pushes_max),
             wrenches_before: [Wrench::zero(); 2],
             wrenches: [Wrench::zero(); 2],
         }
@@ -301,13 +305,16 @@ impl Stepper {
     fn prepare(&mut self, scene: &Scene<'_>, state: &State) {
         let model = scene.model;
         bias_forces(model, &mut self.ws, &state.q, &state.v, &mut self.bias);
-        forward_kinematics(model, &mut self.ws, &state.q);
-        for (J, frame) in self.J.iter_mut().zip(self.sole_frames) {
-            frame_jacobian(model, &mut self.ws, frame, J);
+        let mut placed = forward_kinematics(model, &mut self.ws, &state.q);
+        for (i, frame) in self.sole_frames.into_iter().enumerate() {
+            placed.jacobian(frame, &mut self.J[i]);
+            self.soles_before[i] = placed.pose(frame).translation;
         }
         self.applied.fill(0.0);
+        self.pushed_before.clear();
         for push in scene.applied {
-            frame_jacobian(model, &mut self.ws, push.frame, &mut self.J_applied);
+            placed.jacobian(push.frame, &mut self.J_applied);
+            self.pushed_before.push(placed.pose(push.frame).translation);
             self.applied.gemv_tr(1.0, &self.J_applied.rows(0, 3), &push.force, 1.0);
         }
     }
@@ -327,7 +334,8 @@ impl Stepper {
         self.step_v.copy_from(&self.v1);
         self.step_v *= dt;
         model.integrate(&state.q, &self.step_v, &mut self.q1);
-        forward_kinematics(model, &mut self.trial_ws, &self.q1);
+        let placed = forward_kinematics(model, &mut self.ws, &self.q1);
+        let soles = self.sole_frames.map(|frame| placed.pose(frame));
 
         // residual = M (v1 - v0) - dt (tau - h + J^T F + applied)
         self.dv.copy_from(&self.v1);
@@ -351,8 +359,7 @@ impl Stepper {
         report.contacts_converged = true;
         self.slip_work_j = 0.0;
         for (i, foot) in feet.iter_mut().enumerate() {
-            let X_WS = self.trial_ws.placement(model, self.sole_frames[i]);
-            let contact = foot.evaluate(&X_WS, scene.ground, dt);
+            let contact = foot.evaluate(&soles[i], scene.ground, dt);
             report.contacts_converged &= contact.converged;
             self.slip_work_j += contact.slip_work_j;
             self.wrenches[i] = contact.wrench;
@@ -388,15 +395,14 @@ impl Stepper {
         let mass = self.M[(0, 0)];
         let mut force = mass * model.gravity();
         let mut moment = Vec3::zeros();
-        // `ws` holds the placements at the beginning still: the balance about the old centre of mass uses those, as the equation of motion
-        // does.
-        for (wrench, frame) in self.wrenches.iter().zip(self.sole_frames) {
-            let arm = self.ws.placement(model, frame).translation - before.com;
+        // The balance about the old centre of mass uses the points of the beginning, as the equation of motion does.
+        for (wrench, point) in self.wrenches.iter().zip(&self.soles_before) {
+            let arm = point - before.com;
             force += wrench.force;
             moment += wrench.moment + arm.cross(&wrench.force);
         }
-        for push in scene.applied {
-            let arm = self.ws.placement(model, push.frame).translation - before.com;
+        for (push, point) in scene.applied.iter().zip(&self.pushed_before) {
+            let arm = point - before.com;
             force += push.force;
             moment += arm.cross(&push.force);
         }

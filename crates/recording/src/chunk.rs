@@ -1,13 +1,10 @@
 //! Unpacking chunks within limits that are checked before anything is unpacked.
 
-use crate::record::{Broken, Chunk};
+use crate::record::{Broken, Chunk, RATIO_MAX};
 use std::io::Read;
 
 /// Largest chunk that is unpacked (bytes); ours have about one megabyte, other programs' a few.
 const CHUNK_MAX_BYTES: u64 = 128 << 20;
-/// How much more than it has a file may grow to. Recordings of walks grow to two or three times their size, those of
-/// a robot that stands to twenty.
-pub(crate) const RATIO_MAX: u64 = 200;
 /// What any file may grow to (bytes).
 const GROWN_MIN_BYTES: u64 = 64 << 20;
 /// Largest distance that a compressed frame may refer back to: 2^27 bytes, what the format's own program accepts.

@@ -20,6 +20,24 @@
 //! [`Writer::finish`] writes the index and gives the file its name. [`recover`] does that for what a killed process
 //! left.
 //!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use messages::{Header, RobotState, topic};
+//! use recording::{Recording, RunInfo, ViewerSettings, Writer};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("walk.mcap");
+//! let mut writer = Writer::create(&path, &RunInfo::default(), ViewerSettings::default())?;
+//! for tick in 0..3 {
+//!     writer.record(topic::ROBOT_STATE, &RobotState { header: Header::new(tick, 7), ..RobotState::default() })?;
+//! }
+//! let path = writer.finish()?;
+//! let states = Recording::open(&path)?.messages(topic::ROBOT_STATE)?;
+//! assert_eq!(states.iter().map(|state| state.header.tick).collect::<Vec<_>>(), [0, 1, 2]);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! The schema is *written*, not derived from the messages: a derived one would silently break old files. Encoding is
 //! driven by two descriptions, the [`messages::Shape`] of a message and the compiled schema, joined by field names
 //! once at start.

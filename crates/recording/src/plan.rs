@@ -199,7 +199,7 @@ pub(crate) fn innermost(shape: &Shape) -> (&Shape, bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::code::{Fall, Limit, Mode, NodeState, Order, Outcome, PhaseKind, Process, Reason, State};
+    use messages::code::{ContactState, Fall, Limit, Mode, Order, Outcome, PhaseKind, Process, Reason, State};
 
     #[test]
     fn enumerations_are_those_of_the_messages() {
@@ -219,7 +219,7 @@ mod tests {
                 assert_eq!(found.value.len(), $code::ALL.len() + unknown, stringify!($code));
             })*};
         }
-        check!(Fall, Limit, Mode, NodeState, Order, Outcome, PhaseKind, Process, Reason, State);
+        check!(ContactState, Fall, Limit, Mode, Order, Outcome, PhaseKind, Process, Reason, State);
         assert!(written.is_empty(), "{written:?}");
     }
 }

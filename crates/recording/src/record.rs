@@ -15,6 +15,10 @@ pub(crate) const HEAD_BYTES: usize = 9;
 /// Largest record outside of a chunk, and largest compressed chunk (bytes); ours have less than one megabyte.
 pub(crate) const RECORD_MAX_BYTES: u64 = 64 << 20;
 
+/// How much more than it has a file may grow to. Recordings of walks grow to two or three times their size, those of
+/// a robot that stands to twenty.
+pub(crate) const RATIO_MAX: u64 = 200;
+
 /// What is wrong with a file from some byte on.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum Broken {
@@ -41,7 +45,7 @@ pub enum Broken {
     /// The file grows to many times its size.
     #[error(
         "chunks that grow from {} to {}: more than {} times their size is not unpacked",
-        files::size_text(*packed), files::size_text(*unpacked), crate::chunk::RATIO_MAX
+        files::size_text(*packed), files::size_text(*unpacked), RATIO_MAX
     )]
     Ratio {
         /// Their compressed size, up to here.

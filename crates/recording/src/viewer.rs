@@ -2,7 +2,8 @@
 
 use crate::ros;
 use crate::wire::{VARINT, put_double, put_key, put_nested, put_text, put_time, put_varint};
-use messages::{ContactNodes, SoleContact, Truth};
+use messages::{ContactNodes, SoleContact, Truth, from_row_major};
+use spatial::{Wrench, so3};
 
 /// Newtons that are drawn as long as a metre.
 const FORCE_SCALE_N_PER_M: f64 = 1000.0;
@@ -212,12 +213,9 @@ fn put_solid(out: &mut Vec<u8>, number: u32, middle: [f64; 3], rotation: &Mat3, 
 /// Where the force of a wrench about `origin` (world axes) acts: at the zero-moment point in the horizontal plane
 /// through it.
 fn at_zmp(origin: [f64; 3], wrench: &[f64; 6]) -> ([f64; 3], [f64; 3]) {
-    let [force_x, force_y, force_z, moment_x, moment_y, _] = *wrench;
-    let force = [force_x, force_y, force_z];
-    if force_z < FORCE_MIN_N {
-        return (origin, force);
-    }
-    ([origin[0] - moment_y / force_z, origin[1] + moment_x / force_z, origin[2]], force)
+    let wrench = Wrench::from_vector(&(*wrench).into());
+    let point = wrench.zmp(&origin.into(), origin[2]).map_or(origin, |zmp| [zmp.x, zmp.y, origin[2]]);
+    (point, wrench.force.into())
 }
 
 impl Link {
@@ -298,24 +296,8 @@ fn put_color(out: &mut Vec<u8>, number: u32, color: [f64; 4]) {
 }
 
 fn put_rotation(out: &mut Vec<u8>, number: u32, rotation: &Mat3) {
-    let quaternion = quaternion(rotation);
-    put_nested(out, number, |out| (1..).zip(quaternion).for_each(|(number, x)| put_double(out, number, x)));
-}
-
-/// Quaternion x, y, z, w of a rotation matrix (row-major), from its largest component, so that nothing is divided by
-/// little.
-fn quaternion(r: &Mat3) -> [f64; 4] {
-    let trace = r[0] + r[4] + r[8];
-    let candidates = [r[0], r[4], r[8], trace];
-    let largest = (0..4).max_by(|a, b| candidates[*a].total_cmp(&candidates[*b])).expect("four candidates");
-    let [x, y, z, w] = match largest {
-        0 => [1.0 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6], r[7] - r[5]],
-        1 => [r[1] + r[3], 1.0 - r[0] + r[4] - r[8], r[5] + r[7], r[2] - r[6]],
-        2 => [r[2] + r[6], r[5] + r[7], 1.0 - r[0] - r[4] + r[8], r[3] - r[1]],
-        _ => [r[7] - r[5], r[2] - r[6], r[3] - r[1], 1.0 + trace],
-    };
-    let norm = (x * x + y * y + z * z + w * w).sqrt();
-    [x / norm, y / norm, z / norm, w / norm]
+    let (w, v) = so3::quaternion(&from_row_major(rotation));
+    put_nested(out, number, |out| (1..).zip([v.x, v.y, v.z, w]).for_each(|(number, x)| put_double(out, number, x)));
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -353,21 +335,5 @@ mod tests {
         assert_eq!(link.placed(0.5), ([1.0, 1.5, 3.0], rotation));
         assert_eq!(at_zmp([1.0, 2.0, 0.0], &[5.0, 0.0, 100.0, 3.0, -4.0, 7.0]).0, [1.04, 2.03, 0.0]);
         assert_eq!(at_zmp([1.0, 2.0, 0.0], &[0.0, 0.0, 0.0, 3.0, -4.0, 7.0]).0, [1.0, 2.0, 0.0]);
-    }
-
-    #[test]
-    fn quaternions_are_right_whatever_component_is_largest() {
-        let turns = [
-            ([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 0.0]),
-            ([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0]),
-            ([-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]),
-            (IDENTITY, [0.0, 0.0, 0.0, 1.0]),
-            // A quarter turn about z.
-            ([0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()]),
-        ];
-        for (rotation, expected) in turns {
-            let found = quaternion(&rotation);
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} {expected:?}");
-        }
     }
 }

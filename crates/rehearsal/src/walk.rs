@@ -133,11 +133,11 @@ fn target(planned: &Reference, foot: usize, on_sole: &FootEstimate) -> FootTarge
     }
 }
 
-/// Where the feet's wrenches act as a whole, on the ground.
+/// Where the feet's wrenches act as a whole, on the ground; NaN where nothing presses.
 fn zmp(report: &StepReport, feet: &[FootTarget; 2]) -> Vector2<f64> {
     let about_origin = |foot: usize| report.feet[foot].wrench.about(&-feet[foot].ankle_pose.translation);
     let total = about_origin(0) + about_origin(1);
-    Vector2::new(-total.moment.y, total.moment.x) / total.force.z
+    total.zmp(&Vec3::zeros(), 0.0).unwrap_or_else(|| Vector2::repeat(f64::NAN))
 }
 
 /// The joint nearest to its limit, for each kind.

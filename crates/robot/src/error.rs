@@ -1,3 +1,5 @@
+//! Why a folder is no robot.
+
 use std::path::PathBuf;
 
 /// Why a folder is not a robot. Every variant names the file.

@@ -1,14 +1,12 @@
 //! The plant's quantities to messages, and commands to the plant.
 
 use messages::code::Fall as FallCode;
-use messages::{
-    Header, Plan as PlanMessage, RobotCommand, RobotState, Truth as TruthMessage, from_row_major, row_major,
-};
+use messages::{Header, Plan as PlanMessage, RobotCommand, RobotState, Truth as TruthMessage, row_major};
 use multibody::Configuration;
 use nalgebra::{DVector, Vector2};
 use plant::{Fall, FallReason, FootPlan, Plan, PlantCommand, PlantSensors, Truth};
 use robot::JointMap;
-use spatial::{Transform, Vec3, Vec6, Wrench, so3};
+use spatial::{Vec3, Vec6, Wrench, so3};
 
 /// What the robot measures, as its driver says it.
 pub(crate) fn state_message(header: Header, joints: &JointMap, sensors: &PlantSensors) -> RobotState {
@@ -41,7 +39,7 @@ pub(crate) fn unplaced_state(robot_fingerprint: u64, joints: &JointMap, gravity:
 
 /// The configuration a command's references and plan describe.
 pub(crate) fn configuration(command: &RobotCommand, joints: &JointMap, joint_count: usize) -> Configuration {
-    let mut q = Configuration { base: base_pose(&command.plan), joints: DVector::zeros(joint_count) };
+    let mut q = Configuration { base: command.plan.base(), joints: DVector::zeros(joint_count) };
     joints.from_interface(&command.joint_position_reference_rad, q.joints.as_mut_slice());
     q
 }
@@ -53,19 +51,14 @@ pub(crate) fn plant_command(command: &RobotCommand, joints: &JointMap, out: &mut
     out.plan = Some(plan(&command.plan));
 }
 
-fn base_pose(plan: &PlanMessage) -> Transform {
-    Transform::new(from_row_major(&plan.base_rotation), Vec3::from(plan.base_position_m))
-}
-
 fn plan(message: &PlanMessage) -> Plan {
     let foot = |foot: &messages::PlanFoot| {
-        let ankle = Transform::new(from_row_major(&foot.ankle_rotation), Vec3::from(foot.ankle_position_m));
         let wrench = Wrench::from_vector(&Vec6::from(foot.wrench_n_nm));
         // The plan's ground is z = 0.
-        FootPlan::of_wrench(foot.loaded == 1, foot.load_share, &wrench, ankle, 0.0)
+        FootPlan::of_wrench(foot.loaded == 1, foot.load_share, &wrench, foot.ankle(), 0.0)
     };
     Plan {
-        base: base_pose(message),
+        base: message.base(),
         zmp: Vector2::from(message.zmp_m),
         com: Vec3::from(message.com_position_m),
         com_velocity: Vec3::from(message.com_velocity_m_per_s),

@@ -153,9 +153,9 @@ fn truth_and_state_agree_with_the_kinematics_of_the_robot() {
     };
     map.from_interface(&truth.joint_position_rad, q.joints.as_mut_slice());
     let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &q);
+    let robot_there = forward_kinematics(&model, &mut ws, &q);
     for (foot, name) in ["l_ankle", "r_ankle"].into_iter().enumerate() {
-        let ankle = ws.placement(&model, model.frame(name).expect("a frame"));
+        let ankle = robot_there.pose(model.frame(name).expect("a frame"));
         assert!((ankle.translation - Vec3::from(truth.ankle_position_m[foot])).norm() < ROUNDING);
         assert!((ankle.rotation - Mat3::from_row_slice(&truth.sole_rotation[foot])).norm() < ROUNDING);
         let below = ankle.point(&-Vec3::from(robot().sole.foot.ankle_in_sole_m(foot)));
@@ -282,8 +282,8 @@ fn the_zero_moment_point_of_a_robot_in_the_air_is_the_last_one_it_had() {
     let mut q = model.neutral();
     map.from_interface(&command.joint_position_reference_rad, q.joints.as_mut_slice());
     let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &q);
-    let ankle = ws.placement(&model, model.frame("l_ankle").expect("a frame")).translation;
+    let placed = forward_kinematics(&model, &mut ws, &q);
+    let ankle = placed.pose(model.frame("l_ankle").expect("a frame")).translation;
     let mut low = command;
     low.plan.base_position_m = [0.0, 0.0, robot.sole.foot.ankle_in_sole_m(0)[2] - ankle.z - 2e-3];
     let mut last = simulator.place(&low).expect("a place").truth;

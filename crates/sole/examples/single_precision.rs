@@ -11,7 +11,7 @@
 mod walking_stance;
 
 use nalgebra::{DVector, Matrix3, Vector6};
-use sole::{EstimatorSettings, Foothold, Level, MeshSource, NodeState, SoleModel, SoleSettings, StanceEstimator};
+use sole::{ContactState, EstimatorSettings, Foothold, Level, MeshSource, SoleModel, SoleSettings, StanceEstimator};
 use spatial::{Mat6, Transform, Vec3};
 use std::sync::Arc;
 
@@ -233,7 +233,7 @@ fn walk(model: &Arc<SoleModel>) -> (Vec<Tick>, f64) {
                 report.node_forces.iter().flat_map(|f| (turn * f).data.0[0]),
             );
             ticks.push(Tick {
-                touches: report.node_states.iter().map(|s| *s != NodeState::Free).collect(),
+                touches: report.node_states.iter().map(|s| *s != ContactState::Open).collect(),
                 u: model.compliance() * &f,
                 f,
                 pose: report.sole_pose,

@@ -1,3 +1,5 @@
+//! Why there is no sole.
+
 use sole_mesh::MeshError;
 use thiserror::Error;
 

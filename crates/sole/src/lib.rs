@@ -51,6 +51,25 @@
 //! which [`Status::DoubtfulTilt`] says from 5 degrees on (0.83 of the half-length). A stance that begins at 0.05 N, as in walking, meets no fold.
 //! *Derivatives* are implicit: velocity and acceleration follow from the tangent and the references' own rates, not from differences.
 //!
+//! # Example
+//! The paper's sole under a foot of HRP-4 that carries its whole weight, 30 mm before the sole's middle:
+//!
+//! ```
+//! use nalgebra::Vector2;
+//! use sole::{EstimatorSettings, Foothold, SoleModel, SoleSettings, StanceEstimator, StanceReference};
+//! use spatial::Vec3;
+//!
+//! let sole = SoleModel::build(&SoleSettings::default())?;
+//! let mut estimator = StanceEstimator::new(sole, EstimatorSettings::default());
+//! estimator.touch_down(Foothold::default());
+//! let load = StanceReference::constant(Vec3::new(0.0, 0.0, 383.0), Vector2::new(0.03, 0.0));
+//! let report = estimator.step(&load);
+//! assert!(report.status.is_solved());
+//! let sunk_mm = -1e3 * report.sole_pose.translation.z;
+//! assert!((0.3..2.0).contains(&sunk_mm), "{sunk_mm} mm");
+//! # Ok::<(), sole::SoleError>(())
+//! ```
+//!
 //! # Not modelled
 //! Large strains (doubtful past about 5 degrees of tilt, said by [`Status::DoubtfulTilt`], and a tenth of the thickness,
 //! [`Status::DoubtfulCompression`]; a Neo-Hookean sole differs by 3 % in height at a compression of 0.03 and by 5-12 % in tilt up to there).
@@ -72,8 +91,8 @@ mod elasticity;
 mod equilibrium;
 mod error;
 mod estimate;
+mod euler_order;
 mod ground;
-mod hull;
 mod list;
 mod model;
 mod nested;
@@ -86,9 +105,9 @@ mod vtk;
 pub use cache::CacheError;
 pub use elasticity::{ElasticBody, Material, element_stiffness, gradients};
 pub use error::SoleError;
-pub use estimate::{
-    Cause, EstimatorSettings, EulerOrder, Foothold, NodeState, StanceEstimator, StanceReference, StanceReport, Status,
-};
+pub use estimate::{Cause, EstimatorSettings, Foothold, StanceEstimator, StanceReference, StanceReport, Status};
+pub use euler_order::EulerOrder;
+pub use friction::ContactState;
 pub use ground::{Ground, Plane, Slope};
 pub use model::{CONTACT_POINTS_MAX, Level, MeshSource, RIGID_STIFFNESS_N_PER_M, SoleModel, SoleSettings, Statistics};
 pub use nested::{NestedEstimator, NestedReport, NestedSettings};

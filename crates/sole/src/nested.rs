@@ -5,7 +5,7 @@
 //! system of the active contacts. The precision of the inner problem follows the outer residual, as in the paper.
 
 use crate::{EulerOrder, Foothold, SoleModel, StanceReference};
-use friction::{ContactProblem, LocalState, Settings, Workspace, gauss_seidel, newton};
+use friction::{ContactProblem, ContactState, Settings, Workspace, gauss_seidel, newton};
 use nalgebra::{DMatrix, DVector, Vector2};
 use spatial::{Mat6, Transform, Vec3, Vec6, so3};
 use std::sync::Arc;
@@ -187,7 +187,7 @@ impl NestedEstimator {
     /// Derivative of force and moment about the ZMP with the pose at frozen node states.
     fn jacobian(&self, problem: &ContactProblem, forces: &[Vec3], positions: &[Vec3], zmp: &Vec3) -> Mat6 {
         let active: Vec<usize> =
-            (0..forces.len()).filter(|i| self.workspace.states()[*i] != LocalState::Open).collect();
+            (0..forces.len()).filter(|i| self.workspace.states()[*i] != ContactState::Open).collect();
         if active.is_empty() {
             return Mat6::zeros();
         }
@@ -201,7 +201,7 @@ impl NestedEstimator {
         let mut a = DMatrix::zeros(m, m);
         let mut b = DMatrix::zeros(m, 6);
         for (row, i) in active.iter().enumerate() {
-            let slides = self.workspace.states()[*i] == LocalState::Slide;
+            let slides = self.workspace.states()[*i] == ContactState::Slip;
             let mut rates = nalgebra::Matrix3x6::zeros();
             for l in 0..3 {
                 rates[(l, l)] = 1.0;
@@ -252,7 +252,7 @@ impl NestedEstimator {
                 let df = all(row);
                 // The point moves by the displacement rate of the contact: zero where it sticks, the slip where it slides.
                 let mut moved = Vec3::zeros();
-                if self.workspace.states()[*i] == LocalState::Slide || first.is_some() {
+                if self.workspace.states()[*i] == ContactState::Slip || first.is_some() {
                     for (other, k) in active.iter().enumerate() {
                         let turned = if l >= 3 { axes[l - 3].cross(&forces[*k]) } else { Vec3::zeros() };
                         moved += w.fixed_view::<3, 3>(3 * i, 3 * k) * (all(other) - turned);

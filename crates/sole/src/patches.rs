@@ -1,9 +1,8 @@
 //! Contact patches: a fine mesh condensed onto a coarse grid (method 2.6, beyond the paper).
 
-use crate::hull::distance_outside;
 use crate::{Mesh, MeshError, SoleError};
 use nalgebra::Vector2;
-use sole_mesh::convex_hull;
+use spatial::polygon::{convex_hull, distance_outside};
 use spatial::{Mat6, Vec3};
 use std::collections::BTreeMap;
 

@@ -11,8 +11,9 @@
 //! and the same formulas carry along `Y = K_c Z` for a few fixed columns `Z`, in which the displacements of all stuck points are
 //! linear whatever the pose.
 
+use crate::SoleModel;
 use crate::list::List;
-use crate::{NodeState, SoleModel};
+use friction::ContactState;
 use friction::dense::{add_one, add_three, dot};
 use spatial::{Mat3, Vec3};
 
@@ -290,10 +291,10 @@ impl ContactStiffness {
 
     /// Makes the contact set what the states say, by the cheaper way: point by point, or from all points in contact. `z` are the rows
     /// of `Z` at a point.
-    pub(crate) fn synchronise(&mut self, model: &SoleModel, states: &[NodeState], z: impl Fn(usize) -> Rows) {
-        let differs = |point: usize, slots: &[usize]| (states[point] == NodeState::Free) == (slots[point] != ABSENT);
+    pub(crate) fn synchronise(&mut self, model: &SoleModel, states: &[ContactState], z: impl Fn(usize) -> Rows) {
+        let differs = |point: usize, slots: &[usize]| (states[point] == ContactState::Open) == (slots[point] != ABSENT);
         let changes = (0..states.len()).filter(|p| differs(*p, &self.slots)).count();
-        let free = states.iter().filter(|s| **s == NodeState::Free).count();
+        let free = states.iter().filter(|s| **s == ContactState::Open).count();
         // Filling is a copy of the stiffness, about as much work as one update.
         if changes > free + 1 {
             self.fill(model);
@@ -305,8 +306,8 @@ impl ContactStiffness {
     }
 
     /// `K_c` and `Y` anew from the compliance, by the cheaper way: what updates have left behind is gone.
-    pub(crate) fn refresh(&mut self, model: &SoleModel, states: &[NodeState], z: impl Fn(usize) -> Rows) {
-        let free = states.iter().filter(|s| **s == NodeState::Free).count();
+    pub(crate) fn refresh(&mut self, model: &SoleModel, states: &[ContactState], z: impl Fn(usize) -> Rows) {
+        let free = states.iter().filter(|s| **s == ContactState::Open).count();
         if 2 * free < states.len() {
             self.fill(model);
         } else {
@@ -317,18 +318,18 @@ impl ContactStiffness {
     }
 
     /// Lifts and lands points until the set is that of the states; without `z` the columns of `Y` are left to the caller.
-    fn change_points(&mut self, model: &SoleModel, states: &[NodeState], z: Option<&impl Fn(usize) -> Rows>) {
+    fn change_points(&mut self, model: &SoleModel, states: &[ContactState], z: Option<&impl Fn(usize) -> Rows>) {
         let columns = self.columns;
         if z.is_none() {
             self.columns = 0;
         }
         for point in 0..states.len() {
-            if states[point] == NodeState::Free && self.slots[point] != ABSENT {
+            if states[point] == ContactState::Open && self.slots[point] != ABSENT {
                 self.lift(point);
             }
         }
         for point in 0..states.len() {
-            if states[point] != NodeState::Free && self.slots[point] == ABSENT {
+            if states[point] != ContactState::Open && self.slots[point] == ABSENT {
                 self.land(model, point, &z.map_or([[0.0; COLUMNS_MAX]; 3], |z| z(point)));
             }
         }

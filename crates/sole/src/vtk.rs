@@ -3,9 +3,7 @@
 use crate::{ElasticBody, Material, Mesh, SoleError, SoleModel};
 use nalgebra::DVector;
 use spatial::{Transform, Vec3};
-use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, UnstructuredGridPiece, Version, VertexNumbers,
-};
+use std::fmt::Write;
 
 /// Farthest that a contact node of the picture may be from where the sole has it (m): thousands of times what rounding in the condensation
 /// makes of the largest displacement, and nothing that an eye could see.
@@ -41,39 +39,31 @@ pub fn deformed_sole_vtk(
     for (node, force) in mesh.contact.iter().zip(node_forces) {
         in_world[*node] = *force;
     }
-    let flat =
-        |vectors: &mut dyn Iterator<Item = Vec3>| -> Vec<f64> { vectors.flat_map(|v| [v.x, v.y, v.z]).collect() };
-    let points = flat(&mut mesh.nodes.iter().zip(&displacement).map(|(p, u)| X_WS.point(&(p + u))));
-    let vertices = mesh.tetrahedra.iter().flat_map(|t| [4, t[0], t[1], t[2], t[3]]);
-    // Node numbers of a mesh that fits in memory fit in the format's 32 bits.
-    let vertices = vertices.map(|i| u32::try_from(i).expect("fewer than 2^32 nodes")).collect();
-    let moved = flat(&mut displacement.iter().map(|u| X_WS.rotation * u));
-    let vtk = vtkio::Vtk {
-        version: Version::new_legacy(4, 2),
-        byte_order: ByteOrder::BigEndian,
-        title: "Soft sole".to_owned(),
-        file_path: None,
-        data: DataSet::inline(UnstructuredGridPiece {
-            points: points.into(),
-            cells: Cells {
-                cell_verts: VertexNumbers::Legacy {
-                    num_cells: u32::try_from(mesh.tetrahedra.len()).expect("fewer than 2^32 elements"),
-                    vertices,
-                },
-                types: vec![CellType::Tetra; mesh.tetrahedra.len()],
-            },
-            data: Attributes {
-                point: vec![
-                    Attribute::vectors("displacement_m").with_data(moved),
-                    Attribute::vectors("force_n").with_data(flat(&mut in_world.into_iter())),
-                ],
-                cell: Vec::new(),
-            },
-        }),
-    };
-    let mut text = String::new();
-    vtk.write_legacy_ascii(&mut text).expect("writing to a string does not fail");
+    let mut text = String::from("# vtk DataFile Version 4.2\nSoft sole\nASCII\nDATASET UNSTRUCTURED_GRID\n");
+    let (nodes, elements) = (mesh.nodes.len(), mesh.tetrahedra.len());
+    writeln!(text, "POINTS {nodes} double").expect(TO_TEXT);
+    put_vectors(&mut text, mesh.nodes.iter().zip(&displacement).map(|(p, u)| X_WS.point(&(p + u))));
+    writeln!(text, "CELLS {elements} {}", 5 * elements).expect(TO_TEXT);
+    for [a, b, c, d] in &mesh.tetrahedra {
+        writeln!(text, "4 {a} {b} {c} {d}").expect(TO_TEXT);
+    }
+    write!(text, "CELL_TYPES {elements}\n{}", TETRAHEDRON.repeat(elements)).expect(TO_TEXT);
+    writeln!(text, "POINT_DATA {nodes}\nVECTORS displacement_m double").expect(TO_TEXT);
+    put_vectors(&mut text, displacement.iter().map(|u| X_WS.rotation * u));
+    text.push_str("VECTORS force_n double\n");
+    put_vectors(&mut text, in_world.into_iter());
     Ok(text)
+}
+
+/// VTK's number of a linear tetrahedron, as a line.
+const TETRAHEDRON: &str = "10\n";
+const TO_TEXT: &str = "writing to a string does not fail";
+
+/// One vector per line, in so many digits that reading gives the same numbers.
+fn put_vectors(text: &mut String, vectors: impl Iterator<Item = Vec3>) {
+    for v in vectors {
+        writeln!(text, "{:e} {:e} {:e}", v.x, v.y, v.z).expect(TO_TEXT);
+    }
 }
 
 /// Displacement of every node in the sole frame, such that the contact nodes are where they are said to be. The elastic forces behind it follow from

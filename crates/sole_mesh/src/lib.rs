@@ -8,17 +8,17 @@
 //! mesh there, the 200 Hz controller too, which must not carry finite elements.
 
 mod error;
-mod hull;
 mod mesh;
 mod mesh_quality;
 mod msh;
+mod msh_error;
 mod msh_file;
 mod outline;
 mod write_msh;
 
-pub use error::MeshError;
-pub use hull::convex_hull;
-pub use mesh::{ContactSet, ELEMENTS_MAX, EXTENT_M, Mesh};
+pub use error::{ELEMENTS_MAX, EXTENT_M, MeshError};
+pub use mesh::{ContactSet, Mesh};
 pub use mesh_quality::{ElementQuality, MeshQuality};
-pub use msh::{MshError, MshSets};
+pub use msh::MshSets;
+pub use msh_error::MshError;
 pub use outline::Outline;

@@ -1,9 +1,8 @@
 //! Tetrahedral meshes of the sole: nodes, elements, the clamped and the contact set.
 
-use crate::MeshError;
+use crate::error::{ELEMENTS_MAX, EXTENT_M, MeshError};
 use spatial::{Mat3, Vec3};
 use std::collections::HashMap;
-use std::ops::RangeInclusive;
 
 /// A tetrahedral mesh of the undeformed sole in the sole frame, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,11 +27,6 @@ pub enum ContactSet {
     All,
 }
 
-/// Longest edge of a sole's bounding box that is believed (m): from a toy's foot to a giant's. What lies within, given in millimetres or
-/// centimetres, lies outside.
-pub const EXTENT_M: RangeInclusive<f64> = 0.02..=1.0;
-/// Most tetrahedra of a mesh: four times the finest that the docs of `sole` measure. A block of 99,360 onto 42 patches takes 5 s and 0.5 GB.
-pub const ELEMENTS_MAX: usize = 100_000;
 /// Tetrahedra per hexahedral cell of a block.
 const PER_CELL: usize = 6;
 /// Nodes within this fraction of the mesh's size of a plane are on it: mesh files carry rounded coordinates.

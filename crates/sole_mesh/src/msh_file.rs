@@ -5,7 +5,7 @@
 //! groups of its pieces in a section of their own. Elements of higher order give their corners; what lies between is made anew where it is
 //! wanted, so a curved edge becomes a straight one.
 
-use crate::MshError;
+use crate::msh_error::MshError;
 use spatial::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::{FromStr, SplitAsciiWhitespace};

@@ -1,8 +1,9 @@
 //! The rectangle a sole stands on.
 
-use crate::{Mesh, convex_hull};
+use crate::Mesh;
 use nalgebra::Vector2;
 use spatial::Vec3;
+use spatial::polygon::convex_hull;
 
 /// What planner and controller need of a sole: they know feet as rectangles about the origin of the sole frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

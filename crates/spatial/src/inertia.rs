@@ -1,3 +1,5 @@
+//! Rigid-body inertia.
+
 use crate::{Mat3, Mat6, Transform, Vec3, so3};
 
 /// Mass distribution of a rigid body in a stated frame.

@@ -9,25 +9,24 @@
 //!
 //! | type | meaning |
 //! |---|---|
-//! | [`Transform`] | pose as rotation matrix and translation, untyped: for loops over joints |
-//! | [`Pose<A, B>`](Pose) | the same with its two frames checked by the compiler: for borders between crates |
+//! | [`Transform`] | pose as rotation matrix and translation |
 //! | [`Twist`] | linear and angular velocity |
-//! | [`Wrench`] | force and moment |
+//! | [`Wrench`] | force and moment; the zero-moment point and back |
 //! | [`Inertia`] | mass, centre of mass, rotational inertia about the centre of mass |
 //! | [`so3`] | exponential, logarithm and Jacobians of rotations; Euler angles |
+//! | [`polygon`] | convex polygons of the ground plane |
 //!
 //! References: Featherstone, *Rigid Body Dynamics Algorithms* (2008), chapter 2; Solà, Deray, Atchuthan, *A micro Lie theory
 //! for state estimation in robotics* (arXiv 1812.01537).
 #![allow(non_snake_case)] // monogram notation
 
-mod frame;
 mod inertia;
+pub mod polygon;
 pub mod so3;
 mod transform;
 mod twist;
 mod wrench;
 
-pub use frame::{Ankle, Body, Foot, Frame, Pose, SoleFrame, World};
 pub use inertia::{Inertia, InertiaError};
 pub use transform::Transform;
 pub use twist::Twist;

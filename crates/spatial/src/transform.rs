@@ -1,3 +1,5 @@
+//! Poses, and what they do to points, twists and wrenches.
+
 use crate::{Mat3, Mat6, Twist, Vec3, Wrench, so3};
 use std::ops::Mul;
 

@@ -1,3 +1,5 @@
+//! Linear and angular velocity.
+
 use crate::{Vec3, Vec6, Wrench};
 
 /// Linear velocity of a stated point and angular velocity, both in the same stated axes.

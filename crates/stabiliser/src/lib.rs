@@ -26,7 +26,7 @@
 //!
 //! **5. Torso.** The base is turned about the planned centre of mass against the measured tilt, `d' = -k e - d/T`.
 //!
-//! **6. Joint angles** follow by the closed-form inverse kinematics (`multibody::leg`) of both legs; other joints keep their references.
+//! **6. Joint angles** follow by the inverse kinematics (`multibody::leg`) of both legs; other joints keep their references.
 //!
 //! The measurements of a tick are compared with the plan of the *previous* command: the drives' ramp has just reached it.
 //!
@@ -46,18 +46,17 @@
 
 mod measure;
 mod plan;
-mod polygon;
 mod settings;
 
 pub use measure::{MeasuredMotion, Sensed};
-pub use plan::{FootPlan, Plan, zero_moment_point};
+pub use plan::{FootPlan, Plan};
 pub use settings::StabiliserSettings;
 
 use measure::Measurement;
-use multibody::leg::LegGeometry;
-use multibody::{FrameIndex, Model};
+use multibody::leg::{LegError, LegKinematics};
+use multibody::{FrameIndex, JointIndex, Model, Workspace, forward_kinematics};
 use nalgebra::{DVector, Matrix2, Vector2};
-use polygon::ConvexPolygon;
+use spatial::polygon::ConvexPolygon;
 use spatial::{Mat3, Transform, Vec3, Wrench, so3};
 
 /// What the stabiliser saw, wanted and did in one tick; for logs.
@@ -91,8 +90,8 @@ pub struct StabiliserReport {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
     /// Its inverse kinematics.
-    pub geometry: LegGeometry,
-    /// Its joints in the model's order: hip yaw, roll, pitch, knee, ankle pitch, roll.
+    pub kinematics: LegKinematics,
+    /// Its joints in the model's order, from the hip; the fourth is the knee.
     pub joints: [usize; 6],
     /// Foot link, origin at the ankle.
     pub ankle: FrameIndex,
@@ -100,6 +99,32 @@ pub struct Leg {
     pub sole_in_ankle: Transform,
     /// Force sensor in the ankle frame.
     pub sensor_in_ankle: Transform,
+}
+
+impl Leg {
+    /// Of a model: joints from the hip, the frames of ankle and force sensor, and where the ankle is in the sole frame (m), whose axes are
+    /// the foot's.
+    ///
+    /// # Errors
+    /// [`LegError`] if no inverse kinematics holds.
+    pub fn of_model(
+        model: &Model,
+        joints: [JointIndex; 6],
+        ankle: FrameIndex,
+        sensor: FrameIndex,
+        ankle_in_sole_m: &Vec3,
+    ) -> Result<Self, LegError> {
+        let mut ws = Workspace::new(model);
+        let neutral = model.neutral();
+        let placed = forward_kinematics(model, &mut ws, &neutral);
+        Ok(Self {
+            kinematics: LegKinematics::of_model(model, &joints, ankle)?,
+            joints: joints.map(|joint| joint.0),
+            ankle,
+            sole_in_ankle: Transform::from_translation(-ankle_in_sole_m),
+            sensor_in_ankle: placed.pose(ankle).inverse() * placed.pose(sensor),
+        })
+    }
 }
 
 /// The stabiliser with its state.
@@ -251,8 +276,9 @@ impl Stabiliser {
             let horizontal =
                 vertical * measured.omega * measured.omega / self.gravity * (measured.com.xy() - zmp_desired);
             let force = Vec3::new(horizontal.x, horizontal.y, vertical);
-            let arm = Vec3::new(inside.x, inside.y, centre.z) - foot.ankle.translation;
-            WantedFoot { vertical_force: vertical, moment: heading.tr_mul(&arm.cross(&force).xy()) }
+            let point = Vec3::new(inside.x, inside.y, centre.z);
+            let about_ankle = Wrench::of_force_at(&force, &point, &foot.ankle.translation);
+            WantedFoot { vertical_force: vertical, moment: heading.tr_mul(&about_ankle.moment.xy()) }
         })
     }
 
@@ -316,7 +342,8 @@ impl Stabiliser {
         let X_BW = (about_com * plan.base).inverse();
         let mut out_of_reach_m = 0.0f64;
         for (i, leg) in self.legs.iter().enumerate() {
-            let X_BA = leg.geometry.forward(&leg.joints.map(|joint| references[joint]));
+            let near_rad = leg.joints.map(|joint| references[joint]);
+            let X_BA = leg.kinematics.forward(&near_rad);
             let X_WA = plan.base * X_BA;
             let planned = FootPlan { ankle: X_WA, ..plan.feet[i] };
             let (place, heading) = standing_place(leg, &planned);
@@ -324,7 +351,7 @@ impl Stabiliser {
             let turn = so3::exp(&Vec3::new(angles.x, angles.y, 0.0));
             let down = 0.5 * self.memory.vertical_shift * if i == 0 { 1.0 } else { -1.0 };
             let moved = Transform::new(turn, place - turn * place - Vec3::new(0.0, 0.0, down)) * X_WA;
-            let found = leg.geometry.inverse(&(X_BW * moved));
+            let found = leg.kinematics.inverse(&(X_BW * moved), &near_rad);
             for (joint, angle) in leg.joints.into_iter().zip(found.joints_rad) {
                 self.joint_positions[joint] = angle;
             }

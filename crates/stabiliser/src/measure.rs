@@ -1,6 +1,6 @@
 //! Step 1 of the stabiliser: the motion of the centre of mass from encoders, inertial unit and the planned standing places.
 
-use multibody::{Configuration, Model, Workspace, center_of_mass, com_jacobian, forward_kinematics_velocity};
+use multibody::{Configuration, Model, Workspace, forward_kinematics_velocity};
 use nalgebra::{DMatrix, DVector, Vector2};
 use spatial::{Mat3, Transform, Vec3, Wrench, so3};
 
@@ -74,21 +74,21 @@ impl Measurement {
         self.v.fill(0.0);
         self.v.fixed_rows_mut::<3>(3).copy_from(&w_B);
         self.v.rows_mut(model.base_dofs(), model.joint_count()).copy_from(&sensors.joint_rates);
-        forward_kinematics_velocity(model, &mut self.ws, &self.q, &self.v);
+        let mut moving = forward_kinematics_velocity(model, &mut self.ws, &self.q, &self.v);
 
         // Where the base's origin is and how it moves, if each stance foot stands where it was planned to.
         let (mut position, mut velocity, mut weight) = (Vec3::zeros(), Vec3::zeros(), 0.0);
         for (i, leg) in self.legs.iter().enumerate() {
-            let ankle = self.ws.placement(model, leg.ankle);
+            let ankle = moving.pose(leg.ankle);
             self.ankles[i] = ankle;
             let foot = &plan.feet[i];
             let share = if foot.in_contact { foot.load_share } else { 0.0 };
             let (place, _) = standing_place(leg, foot);
             let turn = ankle.rotation * foot.ankle.rotation.transpose();
             let arm = turn * (foot.ankle.translation - place);
-            let moving = self.ws.velocity(model, leg.ankle);
+            let twist = moving.velocity(leg.ankle);
             position += share * (place + arm - ankle.translation);
-            velocity += share * (moving.angular.cross(&arm) - moving.linear);
+            velocity += share * (twist.angular.cross(&arm) - twist.linear);
             weight += share;
         }
         if weight > 0.0 {
@@ -99,8 +99,8 @@ impl Measurement {
             position = plan.base.translation;
         }
 
-        com_jacobian(model, &mut self.ws, &mut self.com_jacobian);
-        let com = center_of_mass(model, &self.ws) + position;
+        moving.com_jacobian(&mut self.com_jacobian);
+        let com = moving.center_of_mass() + position;
         let relative = &self.com_jacobian * &self.v;
         let com_velocity = Vec3::new(relative[0], relative[1], relative[2]) + velocity;
         let ground =

@@ -42,20 +42,9 @@ impl FootPlan {
     /// ground, `height_m` high. A foot without load has it below the ankle.
     #[must_use]
     pub fn of_wrench(in_contact: bool, load_share: f64, about_ankle: &Wrench, ankle: Transform, height_m: f64) -> Self {
-        let below = Vec3::new(ankle.translation.x, ankle.translation.y, height_m);
-        let zmp = zero_moment_point(&about_ankle.about(&(below - ankle.translation)), &below);
-        Self { in_contact, load_share, force: about_ankle.force, zmp: zmp.unwrap_or(below.xy()), ankle }
+        let zmp = about_ankle.zmp(&ankle.translation, height_m).unwrap_or(ankle.translation.xy());
+        Self { in_contact, load_share, force: about_ankle.force, zmp, ankle }
     }
-}
-
-/// Vertical force (N) below which a ZMP has no meaning: a thousandth of what a light robot weighs.
-const ZMP_FORCE_MIN_N: f64 = 0.1;
-
-/// ZMP on the horizontal plane through `origin` of a wrench about `origin`; `None` where hardly anything presses.
-#[must_use]
-pub fn zero_moment_point(wrench: &Wrench, origin: &Vec3) -> Option<Vector2<f64>> {
-    (wrench.force.z > ZMP_FORCE_MIN_N)
-        .then(|| origin.xy() + Vector2::new(-wrench.moment.y, wrench.moment.x) / wrench.force.z)
 }
 
 #[cfg(test)]
@@ -66,7 +55,7 @@ mod tests {
     fn a_wrench_about_the_ankle_is_a_force_at_a_zmp() {
         let ankle = Transform::from_translation(Vec3::new(0.1, 0.08, 0.103));
         let (force, zmp) = (Vec3::new(5.0, -8.0, 200.0), Vec3::new(0.12, 0.07, 0.0));
-        let about_ankle = Wrench { force, moment: (zmp - ankle.translation).cross(&force) };
+        let about_ankle = Wrench::of_force_at(&force, &zmp, &ankle.translation);
         let plan = FootPlan::of_wrench(true, 0.5, &about_ankle, ankle, 0.0);
         assert!((plan.zmp - zmp.xy()).norm() < 1e-15);
         assert_eq!(FootPlan::of_wrench(false, 0.0, &Wrench::zero(), ankle, 0.0).zmp, Vector2::new(0.1, 0.08));

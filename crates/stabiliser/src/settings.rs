@@ -1,3 +1,5 @@
+//! Gains and limits of the stabiliser.
+
 use ranges::{OutOfRange, Range};
 use serde::{Deserialize, Serialize};
 

@@ -194,7 +194,7 @@ impl Foot {
             compression: report.compression,
             compliance: report.compliance,
             nodes_sticking: report.sticking as u32,
-            nodes_slipping: report.sliding as u32,
+            nodes_slipping: report.slipping as u32,
             wrench: report.wrench.about(&(late.sole.translation - report.sole_pose.translation)),
             ..late
         };
@@ -222,7 +222,7 @@ impl Foot {
 /// The planned action of the ground about a point: the force at the ZMP without vertical moment.
 fn wrench_about(reference: &FootReference, zmp: &Planar, point: &Vec3) -> Wrench {
     let zmp = Vec3::new(zmp.position.x, zmp.position.y, 0.0);
-    Wrench { force: reference.force, moment: (zmp - point).cross(&reference.force) }
+    Wrench::of_force_at(&reference.force, &zmp, point)
 }
 
 #[cfg(test)]

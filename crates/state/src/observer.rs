@@ -161,12 +161,10 @@ impl BaseObserver {
         let base = self.model.base_dofs();
         self.q.joints.copy_from(measured.joints);
         self.v.rows_mut(base, measured.joint_rates.len()).copy_from(measured.joint_rates);
-        forward_kinematics_velocity(&self.model, &mut self.workspace, &self.q, &self.v);
-        let X_BI = self.workspace.placement(&self.model, self.imu);
-        let imu_in_base = self.workspace.velocity(&self.model, self.imu);
-        let legs = self
-            .ankles
-            .map(|ankle| (self.workspace.placement(&self.model, ankle), self.workspace.velocity(&self.model, ankle)));
+        let moving = forward_kinematics_velocity(&self.model, &mut self.workspace, &self.q, &self.v);
+        let X_BI = moving.pose(self.imu);
+        let imu_in_base = moving.velocity(self.imu);
+        let legs = self.ankles.map(|ankle| (moving.pose(ankle), moving.velocity(ankle)));
 
         self.track_bias(measured, dt_s);
         let tilt = measured.imu_rotation * X_BI.rotation.transpose();

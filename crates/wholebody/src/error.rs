@@ -1,3 +1,5 @@
+//! Why there is no whole-body step.
+
 use multibody::ModelError;
 use ranges::OutOfRange;
 use thiserror::Error;

@@ -1,9 +1,7 @@
 //! The configuration in which a walk starts.
 
 use crate::task;
-use multibody::{
-    Configuration, FrameIndex, Model, Workspace, center_of_mass, com_jacobian, forward_kinematics, frame_jacobian,
-};
+use multibody::{Configuration, FrameIndex, Model, Workspace, forward_kinematics};
 use nalgebra::{DMatrix, DVector};
 use qp::Status;
 use qp::dense::{ActiveSet, ActiveSetSettings, Problem, Size, Solver};
@@ -150,10 +148,9 @@ fn range(model: &Model, joint: usize, margin: f64) -> (f64, f64) {
 
 /// Base such that the torso is upright and the centre of mass in place: a good start whatever the world's origin.
 fn place_base(model: &Model, ws: &mut Workspace, targets: &ConfigurationTargets, q: &mut Configuration) {
-    forward_kinematics(model, ws, q);
-    q.base.rotation = targets.torso_rotation * ws.placement(model, targets.torso).rotation.transpose();
-    forward_kinematics(model, ws, q);
-    q.base.translation += targets.com - center_of_mass(model, ws);
+    let torso = forward_kinematics(model, ws, q).pose(targets.torso).rotation;
+    q.base.rotation = targets.torso_rotation * torso.transpose();
+    q.base.translation += targets.com - forward_kinematics(model, ws, q).center_of_mass();
 }
 
 /// `A dq = b`: rows of ankles, centre of mass and torso at q. Returns the largest error.
@@ -165,21 +162,21 @@ fn linearise(
     problem: &mut Problem,
 ) -> f64 {
     let nv = model.nv();
-    forward_kinematics(model, ws, q);
+    let mut placed = forward_kinematics(model, ws, q);
     let mut jacobian = DMatrix::zeros(6, nv);
     for i in 0..2 {
-        frame_jacobian(model, ws, targets.ankles[i], &mut jacobian);
+        placed.jacobian(targets.ankles[i], &mut jacobian);
         problem.A.rows_mut(6 * i, 6).copy_from(&jacobian);
-        let error = task::pose_error(&targets.ankle_poses[i], &ws.placement(model, targets.ankles[i]));
+        let error = task::pose_error(&targets.ankle_poses[i], &placed.pose(targets.ankles[i]));
         problem.b.rows_mut(6 * i, 6).copy_from(&error);
     }
-    frame_jacobian(model, ws, targets.torso, &mut jacobian);
+    placed.jacobian(targets.torso, &mut jacobian);
     problem.A.rows_mut(15, 3).copy_from(&jacobian.rows(3, 3));
-    let rotation = ws.placement(model, targets.torso).rotation;
+    let rotation = placed.pose(targets.torso).rotation;
     problem.b.rows_mut(15, 3).copy_from(&task::rotation_error(&targets.torso_rotation, &rotation));
     let mut com = DMatrix::zeros(3, nv);
-    com_jacobian(model, ws, &mut com);
+    placed.com_jacobian(&mut com);
     problem.A.rows_mut(12, 3).copy_from(&com);
-    problem.b.rows_mut(12, 3).copy_from(&(targets.com - center_of_mass(model, ws)));
+    problem.b.rows_mut(12, 3).copy_from(&(targets.com - placed.center_of_mass()));
     problem.b.amax()
 }

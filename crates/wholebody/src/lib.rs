@@ -49,36 +49,51 @@
 //! # Time
 //! Libraries know no clock: [`WholeBody::set_clock`] takes one, and [`StepReport::timings`] then tells the stages apart.
 //!
-//! # Speed against error
-//! `cargo bench -p wholebody --bench step -- FOLDER/walk.npz` walks four steps on an ideal plant (5 ms period, 41 collision pairs,
-//! soft soles) and times every step by the thread's CPU time; *ratio* is to Clarabel with data updates at 1e-8 on recorded
-//! walking programs of a 38-dof robot in the same run, *torque diff.* to the second row. On a shared two-core machine, built
-//! with `--profile dev`:
+//! What a step costs, and what that buys: `docs/performance.md`.
 //!
-//! | model | dofs | single us | double us | ratio | p99/median | max us | COM error mm | torque diff. N m | not solved |
-//! |---|---|---|---|---|---|---|---|---|---|
-//! | HRP-4 legs, chest | 20 | 21.4 | 31.4 | 0.0158 | 1.76 | 50.3 | 0.49 | 0.0e0 | 0 |
-//! | HRP-4 walking | 28 | 27.0 | 38.2 | 0.0199 | 1.69 | 58.3 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 full | 40 | 38.0 | 50.7 | 0.0279 | 1.57 | 73.7 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4, thumbs locked | 38 | 36.9 | 49.8 | 0.0270 | 1.60 | 71.9 | 0.48 | 0.0e0 | 0 |
-//! | JVRC-1, fingers locked, 61 pairs | 38 | 39.0 | 52.4 | 0.0284 | 1.58 | 78.0 | 0.10 | 0.0e0 | 0 |
-//! | HRP-4 walking, 8 generators per point | 28 | 33.9 | 55.0 | 0.0249 | 2.19 | 95.9 | 0.48 | 3.9e-1 | 0 |
-//! | HRP-4 walking, 16 generators per point | 28 | 58.6 | 111.2 | 0.0430 | 2.91 | 271.3 | 0.48 | 4.7e-1 | 0 |
-//! | HRP-4 walking, no collision pairs | 28 | 20.9 | 31.2 | 0.0153 | 1.83 | 49.8 | 0.48 | 0.0e0 | 0 |
-//! | HRP-4 walking, Clarabel 1e-6 | 28 | 1023.7 | 1501.7 | 0.8747 | 1.41 | 1923.5 | 0.48 | 8.9e-2 | 0 |
-//! | HRP-4 walking, Clarabel 1e-8 | 28 | 1138.2 | 1644.0 | 0.9667 | 1.45 | 2177.6 | 0.48 | 5.8e-3 | 0 |
+//! # Example
+//! HRP-4 stands with bent knees and shall stay where it is: one step, and the ground carries its weight.
 //!
-//! JVRC-1 is any robot: the benchmark takes a URDF and a file with feet, posture and capsules (`benches/jvrc1.toml`).
-//! The centre of mass's error is what sampling at 5 ms leaves, whoever solves. More generators than four per point buy 8 % of
-//! friction and cost a factor of 1.3 to 3; locking hands, wrists and neck saves a third. Feedback (observer, blending, compliance
-//! feed-forward) adds 1.4 us (p99 1.5).
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use multibody::{Model, ModelOptions, Workspace, forward_kinematics};
+//! use spatial::Vec3;
+//! use wholebody::{FootTarget, RobotState, WholeBody, WholeBodyReference, WholeBodySettings};
 //!
-//! The slowest steps are those in which a foot takes or gives up its load, below a tenth of the weight: from one period to the next its
-//! forces move from one edge of the sole to another, and with 16 generators per point 10 to 20 of them come to rest at zero or leave it.
-//! The active sets of neighbouring periods really are that different (nearly every change of the solver is one), and a double support
-//! without any change already takes 1.9 times the median, which is that of a single support. So with 16 the slowest hundredth takes 2.9
-//! times the median. Guessing the next active set by extrapolating forces and multipliers was tried: the path has kinks there,
-//! and of what it saved in one period it lost more in another.
+//! let urdf = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../robots/hrp4/hrp4.urdf"))?;
+//! let model = Model::from_urdf(&urdf, &ModelOptions::default())?;
+//! let mut q = model.neutral();
+//! for (joint, angle) in [("HIP_P", -0.38), ("KNEE_P", 0.72), ("ANKLE_P", -0.34)] {
+//!     q.joints[model.joint(&format!("L_{joint}"))?.0] = angle;
+//!     q.joints[model.joint(&format!("R_{joint}"))?.0] = angle;
+//! }
+//! let ankles = [model.frame("l_ankle")?, model.frame("r_ankle")?];
+//! let mut ws = Workspace::new(&model);
+//! // The soles are 103 mm below the ankles.
+//! q.base.translation.z = 0.103 - forward_kinematics(&model, &mut ws, &q).pose(ankles[0]).translation.z;
+//!
+//! let placed = forward_kinematics(&model, &mut ws, &q);
+//! let (com, weight_n) = (placed.center_of_mass(), 9.81 * model.total_mass_kg());
+//! let reference = WholeBodyReference {
+//!     com_position: com,
+//!     com_velocity: Vec3::zeros(),
+//!     com_acceleration: Vec3::zeros(),
+//!     feet: ankles.map(|ankle| {
+//!         let pose = placed.pose(ankle);
+//!         FootTarget::standing(pose, 0.5, weight_n, nalgebra::Vector2::new(com.x, pose.translation.y))
+//!     }),
+//!     torso_rotation: placed.pose(model.frame("torso")?).rotation,
+//!     torso_angular_velocity: Vec3::zeros(),
+//!     torso_angular_acceleration: Vec3::zeros(),
+//! };
+//! let state = RobotState { v: nalgebra::DVector::zeros(model.nv()), q };
+//! let mut body = WholeBody::new(model, WholeBodySettings::new(["l_ankle", "r_ankle"], "torso"))?;
+//! let report = body.step(&state, &reference, 0.005);
+//! let carried_n: f64 = report.feet.iter().map(|foot| foot.wrench.force.z).sum();
+//! assert!((carried_n / weight_n - 1.0).abs() < 0.01, "{carried_n} N of {weight_n} N");
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # What is not modelled
 //! Hands in contact, walls, rolling feet. The ground is z = 0. The sole's stiffness enters only through the estimator's

@@ -1,7 +1,7 @@
 //! `soleus-inspect friction`: one contact problem with dry friction.
 
 use crate::door::{self, Outcome};
-use ::friction::{ContactProblem, LocalState, Report, Settings, Status, Workspace};
+use ::friction::{ContactProblem, Report, Settings, Status, Workspace};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -15,7 +15,7 @@ const HELP: &str = r#"INPUT, one JSON document on stdin (--example prints a comp
    "solver": "auto"}      "gauss-seidel", "newton", "proximal" or "auto" (all in turn); default "auto"
 
 OUTPUT: "F", "delta" = W F + q (3n each), "residual" (the larger of "residual_force" and "residual_gap", as above), "residual_n" (absolute),
-  "penetration_m" (largest -delta_n), "worst_contact", "states" ("open", "stick", "slide"), "iterations", "time_us",
+  "penetration_m" (largest -delta_n), "worst_contact", "states" ("open", "stick", "slip"), "iterations", "time_us",
   "status": "solved", "iteration-limit" (none found), "singular", or "impossible" (there is none), then with
   "obstruction": {"contacts": [{"contact": i, "weight": y_i}], "least_penetration_m"}: W y = 0 and q.y < 0, y on the normals.
   Exit code 0 only when solved."#;
@@ -104,11 +104,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Solver::Auto => ::friction::solve(&problem, &mut workspace, &settings),
     };
     let time_us = start.elapsed().as_secs_f64() * 1e6;
-    let state = |state: &LocalState| match state {
-        LocalState::Open => "open",
-        LocalState::Stick => "stick",
-        LocalState::Slide => "slide",
-    };
     let (status, outcome) = match report.status {
         Status::Solved => ("solved", Outcome::Solved),
         Status::IterationLimit => ("iteration-limit", Outcome::NotSolved),
@@ -124,7 +119,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         residual_n: report.residual.absolute_n,
         penetration_m: report.residual.penetration_m,
         worst_contact: report.residual.worst_contact,
-        states: workspace.states().iter().map(state).collect(),
+        states: workspace.states().iter().map(|state| state.word()).collect(),
         status,
         obstruction: report.obstruction.as_ref().map(|found| Obstruction {
             contacts: found

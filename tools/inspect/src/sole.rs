@@ -39,7 +39,7 @@ OUTPUT: "sole": {"nodes", "tetrahedra", "degrees_of_freedom", "contact_points", 
      "ankle"     the same of the ankle
      "velocity", "acceleration"    of the sole's origin and angular (six numbers), force-driven only
      "force", "zmp", "moment_z"    on the sole; the ZMP on the ground; vertical moment about the ZMP
-     "node_positions", "node_forces", "node_states"    world; "free", "stick", "slip"
+     "node_positions", "node_forces", "node_states"    world; "open", "stick", "slip"
      "tangent"   6 x 6: wrench about the sole's origin per translation and rotation vector, world axes, at frozen node states
      "residual", "law_violation_n", "iterations", "multiplications" (work, force-driven only), "time_us"
      "status"    "converged", "doubtful-tilt", "doubtful-compression", "indeterminate", "no-load", "too-light",

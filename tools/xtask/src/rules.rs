@@ -30,7 +30,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The fence: nothing above knows of files, clocks, threads or other processes.
     ("files", &[]),
     ("robot", &["files", "sole_mesh"]),
-    ("robot_model", &["multibody", "robot"]),
+    ("robot_model", &["multibody", "robot", "spatial"]),
     ("scenario", &["files"]),
     ("soles", &["files", "ranges", "robot", "sole", "spatial"]),
     // The controller tracks by it, and the planner's rehearsal: one function.
@@ -41,7 +41,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("stance", &["lateness", "pattern", "ranges", "robot", "sole", "soles", "spatial"]),
     ("messages", &["pattern", "spatial"]),
     ("bus", &["messages"]),
-    ("recording", &["files", "messages"]),
+    // What viewers draw turns as everything else does.
+    ("recording", &["files", "messages", "spatial"]),
     ("node", &["bus", "lateness", "messages", "scenario"]),
     // Processes.
     (
@@ -88,6 +89,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "robot_model",
             "scenario",
             "spatial",
+            // For robots whose driver has none.
+            "stabiliser",
             "state",
             "tracking",
             "wholebody",
@@ -114,7 +117,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     (
         "soleus-recorder",
-        &["bus", "files", "lateness", "messages", "node", "recording", "robot", "robot_model", "scenario"],
+        &["bus", "files", "lateness", "messages", "node", "ranges", "recording", "robot", "robot_model", "scenario"],
     ),
     (
         "soleus-replayer",
@@ -149,7 +152,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "soleus-simulator",
         ],
     ),
-    ("report", &["messages", "ranges", "recording"]),
+    ("report", &["messages", "ranges", "recording", "spatial"]),
     // Tools.
     ("soleus-launch", &["bus", "files", "messages", "node", "recording", "report", "scenario"]),
     (
@@ -168,6 +171,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "recording",
             "report",
             "robot",
+            // Drafts a robot's folder.
+            "robot_model",
             "scenario",
             "sole",
             "soles",

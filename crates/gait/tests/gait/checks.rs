@@ -1,9 +1,9 @@
 //! The planner's checks see what they are there for: each is shown a pattern with one defect.
 
 use crate::support::straight;
-use gait::{CheckReport, GaitSettings, Landing, LegClearance, LegReach, Plan, Quantity, RodLegs, Walk, check, plan};
+use gait::{CheckReport, GaitSettings, Landing, LegClearance, LegReach, Plan, Quantity, Walk, check, plan};
 use pattern::{PhaseKind, Side};
-use spatial::{Transform, Vec3};
+use spatial::{Transform, Vec3, so3};
 
 fn checked(change: impl Fn(&mut Plan)) -> CheckReport {
     let settings = straight(3);
@@ -223,6 +223,24 @@ fn friction_demand_is_the_steepest_force() {
             t += 1e-3;
         }
         assert!((report.value(Quantity::FrictionDemand) - steepest).abs() < 1e-4 * steepest);
+    }
+}
+
+/// Legs as rods between hip and ankle that do not stretch: the least a `LegReach` can be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RodLegs {
+    /// Left hip as seen from the COM, in the axes of the upright body (m); the right one is its mirror image.
+    left_hip_from_com_m: [f64; 3],
+    /// Largest distance from hip to ankle (m).
+    length_max_m: f64,
+}
+
+impl LegReach for RodLegs {
+    fn clearance(&self, leg: Side, com: &Vec3, heading_rad: f64, ankle: &Transform) -> LegClearance {
+        let [x, y, z] = self.left_hip_from_com_m;
+        let hip = com + so3::about_z(heading_rad) * Vec3::new(x, leg.sign() * y, z);
+        let extension_m = self.length_max_m - (ankle.translation - hip).norm();
+        LegClearance { extension_m, joint_rad: f64::INFINITY, joint: 0 }
     }
 }
 

@@ -4,7 +4,7 @@
 //! robot must not become unreadable because a `<texture/>` has no file name. The text is cut at element borders by a
 //! streaming XML reader, never by searching for strings, so comments, CDATA and quoting are handled as XML defines them.
 
-use crate::{Item, ModelError};
+use crate::error::{Item, ModelError};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 

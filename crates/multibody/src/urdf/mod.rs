@@ -4,9 +4,10 @@ mod clean;
 mod read;
 mod tree;
 
+pub use tree::Limits;
 pub(crate) use tree::{Kind, Tree, TreeJoint};
 
-use crate::ModelError;
+use crate::error::ModelError;
 
 /// Reads the text; every number in the result is finite and plausible, and the links form one tree.
 pub(crate) fn tree(text: &str) -> Result<Tree, ModelError> {

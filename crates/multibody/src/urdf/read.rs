@@ -1,7 +1,7 @@
 //! `urdf-rs`, with the name of the link or joint that it could not read.
 
 use super::clean::{Document, Element};
-use crate::{Item, ModelError};
+use crate::error::{Item, ModelError};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 

@@ -1,8 +1,7 @@
 //! Links and joints as one checked tree.
 
 use super::clean::Document;
-use crate::error::nearest;
-use crate::{Item, Limits, ModelError};
+use crate::error::{Item, ModelError, nearest};
 use spatial::{Inertia, InertiaError, Mat3, Transform, Vec3, so3};
 use std::collections::HashMap;
 
@@ -22,6 +21,21 @@ pub(crate) enum Kind {
     Revolute,
     Continuous,
     Prismatic,
+}
+
+/// What a joint may do, as the file says; infinite where the file says nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Lowest position (rad, m).
+    pub lower: f64,
+    /// Highest position (rad, m).
+    pub upper: f64,
+    /// Largest speed (rad/s, m/s).
+    pub velocity: f64,
+    /// Largest torque or force (N m, N).
+    pub effort: f64,
+    /// The file has limits for this joint.
+    pub given: bool,
 }
 
 /// `q = multiplier * q[master] + offset`.

@@ -31,14 +31,14 @@ fn algorithms_do_not_allocate() {
         let mut moved = q.clone();
         let count = allocations_of(|| {
             for _ in 0..2 {
-                forward_kinematics_velocity(&model, &mut ws, &q, &v);
-                frame_jacobian(&model, &mut ws, frames[1], &mut jacobian);
-                com_jacobian(&model, &mut ws, &mut com);
+                let mut moving = forward_kinematics_velocity(&model, &mut ws, &q, &v);
+                moving.jacobian(frames[1], &mut jacobian);
+                moving.com_jacobian(&mut com);
                 std::hint::black_box((
-                    frame_drift(&model, &ws, frames[1], &v),
-                    ws.placement(&model, frames[0]),
-                    ws.velocity(&model, frames[0]),
-                    center_of_mass(&model, &ws),
+                    moving.drift(frames[1]),
+                    moving.pose(frames[0]),
+                    moving.velocity(frames[0]),
+                    moving.center_of_mass(),
                 ));
                 rnea_with_external(&model, &mut ws, &q, &v, &a, &external, &mut vector);
                 bias_forces(&model, &mut ws, &q, &v, &mut vector);

@@ -24,21 +24,16 @@ fn model(robot: &Robot) -> Model {
     Model::from_urdf(&robot.urdf, &ModelOptions::default()).expect("the shipped URDF is a robot")
 }
 
-fn z_of(model: &Model, ws: &Workspace, frame: &str) -> f64 {
-    ws.placement(model, model.frame(frame).unwrap()).translation.z
-}
-
 /// Half-sitting, the left foot on the ground of the original foot.
-fn half_sitting(robot: &Robot, model: &Model) -> Workspace {
+fn half_sitting(robot: &Robot, model: &Model) -> Configuration {
     let mut q = model.neutral();
     for (position, joint) in q.joints.iter_mut().zip(model.joints()) {
         *position = robot.description.half_sitting_rad(&joint.name);
     }
     let mut ws = Workspace::new(model);
-    forward_kinematics(model, &mut ws, &q);
-    q.base.translation.z = ORIGINAL_ANKLE_HEIGHT_M - z_of(model, &ws, &robot.description.feet[0].ankle_frame);
-    forward_kinematics(model, &mut ws, &q);
-    ws
+    let ankle = model.frame(&robot.description.feet[0].ankle_frame).unwrap();
+    q.base.translation.z = ORIGINAL_ANKLE_HEIGHT_M - forward_kinematics(model, &mut ws, &q).pose(ankle).translation.z;
+    q
 }
 
 #[test]
@@ -69,10 +64,11 @@ fn with_straight_legs_it_is_a_metre_and_a_half_high() {
     let robot = hrp4();
     let model = model(&robot);
     let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &model.neutral());
-    let ground = z_of(&model, &ws, "l_ankle") - ORIGINAL_ANKLE_HEIGHT_M;
+    let placed = forward_kinematics(&model, &mut ws, &model.neutral());
+    let z_of = |frame: &str| placed.pose(model.frame(frame).unwrap()).translation.z;
+    let ground = z_of("l_ankle") - ORIGINAL_ANKLE_HEIGHT_M;
     assert!((ground + 0.79216).abs() < TENTH_OF_A_MILLIMETRE, "base height {}", -ground);
-    let height = z_of(&model, &ws, "NECK_P_LINK") + NECK_TO_CROWN_M - ground;
+    let height = z_of("NECK_P_LINK") + NECK_TO_CROWN_M - ground;
     assert!((height - 1.514).abs() < MILLIMETRE, "height {height}");
 }
 
@@ -80,16 +76,17 @@ fn with_straight_legs_it_is_a_metre_and_a_half_high() {
 fn half_sitting_is_where_the_facts_say() {
     let robot = hrp4();
     let model = model(&robot);
-    let ws = half_sitting(&robot, &model);
-    let com = center_of_mass(&model, &ws);
+    let (q, mut ws) = (half_sitting(&robot, &model), Workspace::new(&model));
+    let placed = forward_kinematics(&model, &mut ws, &q);
+    let com = placed.center_of_mass();
     assert!((com.z - 0.780).abs() < MILLIMETRE, "centre of mass {}", com.z);
     // On the soft sole the ankle is 10 mm higher, and so is everything else.
     let on_the_sole = com.z - ORIGINAL_ANKLE_HEIGHT_M + robot.sole.foot.ankle_in_sole_m(0)[2];
     assert!((on_the_sole - 0.790).abs() < MILLIMETRE, "centre of mass {on_the_sole}");
-    assert!((z_of(&model, &ws, "body") - 0.7472).abs() < MILLIMETRE);
+    assert!((placed.pose(model.base_frame()).translation.z - 0.7472).abs() < MILLIMETRE);
     // Not symmetric: that is the robot's posture, not an error.
     for (foot, y_m) in robot.description.feet.iter().zip([0.0816, -0.0771]) {
-        let X_WF = ws.placement(&model, model.frame(&foot.ankle_frame).unwrap());
+        let X_WF = placed.pose(model.frame(&foot.ankle_frame).unwrap());
         assert!((X_WF.translation.y - y_m).abs() < TENTH_OF_A_MILLIMETRE, "{} at {}", foot.link, X_WF.translation.y);
         assert!((X_WF.translation.z - ORIGINAL_ANKLE_HEIGHT_M).abs() < MILLIMETRE);
         // The posture is given to a hundredth of a degree per joint but leaves the feet tilted by up to 1.3 degrees.
@@ -103,11 +100,9 @@ fn half_sitting_is_where_the_facts_say() {
 fn centroidal_inertia_is_that_of_the_facts() {
     let robot = hrp4();
     let model = model(&robot);
-    let ws = &mut half_sitting(&robot, &model);
-    let mut q = model.neutral();
-    q.joints.iter_mut().zip(model.joints()).for_each(|(p, joint)| *p = robot.description.half_sitting_rad(&joint.name));
+    let (q, mut ws) = (half_sitting(&robot, &model), Workspace::new(&model));
     let mut terms = WholeBodyTerms::new(&model, &[]);
-    whole_body_terms(&model, ws, &q, &nalgebra::DVector::zeros(model.nv()), &mut terms);
+    whole_body_terms(&model, &mut ws, &q, &nalgebra::DVector::zeros(model.nv()), &mut terms);
     // The base's axes are the world's here.
     let diagonal = [3, 4, 5].map(|k| terms.centroidal_matrix[(k, k)]);
     for (found, expected) in diagonal.iter().zip([5.67, 5.25, 0.67]) {
@@ -154,11 +149,13 @@ fn locking_the_scene_changes_the_joints_but_not_the_mass() {
     assert_eq!(walking.joint_count(), 22);
     assert!((walking.total_mass_kg() - 39.0).abs() < 1e-12);
     let whole = model(&robot);
-    let (a, b) = (half_sitting(&robot, &whole), half_sitting(&robot, &walking));
-    assert!((center_of_mass(&whole, &a) - center_of_mass(&walking, &b)).norm() < 1e-14);
+    let (mut ws_a, mut ws_b) = (Workspace::new(&whole), Workspace::new(&walking));
+    let a = forward_kinematics(&whole, &mut ws_a, &half_sitting(&robot, &whole));
+    let b = forward_kinematics(&walking, &mut ws_b, &half_sitting(&robot, &walking));
+    assert!((a.center_of_mass() - b.center_of_mass()).norm() < 1e-14);
     for frame in whole.frames() {
-        let X_a = a.placement(&whole, whole.frame(&frame.name).unwrap());
-        let X_b = b.placement(&walking, walking.frame(&frame.name).unwrap());
+        let X_a = a.pose(whole.frame(&frame.name).unwrap());
+        let X_b = b.pose(walking.frame(&frame.name).unwrap());
         assert!((X_a.translation - X_b.translation).norm() < 1e-14, "{}", frame.name);
         assert!((X_a.rotation - X_b.rotation).norm() < 1e-14, "{}", frame.name);
     }
@@ -194,9 +191,10 @@ fn sampled_distance(a: (Vec3, Vec3, f64), b: (Vec3, Vec3, f64)) -> f64 {
 fn capsules_are_those_of_the_urdf_and_keep_apart_at_half_sitting() {
     let robot = hrp4();
     let model = model(&robot);
-    let ws = half_sitting(&robot, &model);
+    let (q, mut ws) = (half_sitting(&robot, &model), Workspace::new(&model));
+    let placed = forward_kinematics(&model, &mut ws, &q);
     let place = |capsule: &Capsule| {
-        let X_WL: Transform = ws.placement(&model, model.frame(&capsule.link).unwrap());
+        let X_WL: Transform = placed.pose(model.frame(&capsule.link).unwrap());
         (X_WL.point(&Vec3::from(capsule.from_m)), X_WL.point(&Vec3::from(capsule.to_m)), capsule.radius_m)
     };
     let find = |name: &str| robot.description.capsules.iter().find(|capsule| capsule.name == name).unwrap();

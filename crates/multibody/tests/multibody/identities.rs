@@ -104,20 +104,20 @@ fn whole_body_terms_agree_with_the_single_algorithms() {
         bias_forces(&model, &mut ws, &q, &v, &mut bias);
         close_matrix("M", &terms.mass_matrix, &mass, ROUNDING);
         close("h", &terms.bias, &bias, ROUNDING);
-        forward_kinematics_velocity(&model, &mut ws, &q, &v);
+        let mut moving = forward_kinematics_velocity(&model, &mut ws, &q, &v);
         let mut jacobian = DMatrix::zeros(6, nv);
         for frame in &terms.frames {
-            frame_jacobian(&model, &mut ws, frame.frame, &mut jacobian);
+            moving.jacobian(frame.frame, &mut jacobian);
             close_matrix("J", &frame.jacobian, &jacobian, ROUNDING);
             let velocity = (&jacobian * &v).fixed_rows::<6>(0).into_owned();
             assert!((velocity - frame.velocity.to_vector()).norm() < ROUNDING * (1.0 + velocity.norm()));
-            let drift = frame_drift(&model, &ws, frame.frame, &v);
+            let drift = moving.drift(frame.frame);
             assert!((drift - frame.drift).norm() < ROUNDING * (1.0 + drift.norm()));
         }
         let mut com_j = DMatrix::zeros(3, nv);
-        com_jacobian(&model, &mut ws, &mut com_j);
+        moving.com_jacobian(&mut com_j);
         close_matrix("Jcom", &terms.com_jacobian, &com_j, ROUNDING);
-        assert!((terms.com - center_of_mass(&model, &ws)).norm() < ROUNDING);
+        assert!((terms.com - moving.center_of_mass()).norm() < ROUNDING);
         let momentum = (&terms.centroidal_matrix * &v).fixed_rows::<6>(0).into_owned();
         assert!((momentum - terms.momentum).norm() < ROUNDING * (1.0 + momentum.norm()));
         assert!((&com_j * &v - terms.com_velocity).norm() < ROUNDING * (1.0 + terms.com_velocity.norm()));
@@ -146,25 +146,25 @@ fn velocities_and_drifts_are_derivatives() {
         let v = case.v.clone();
         for frame in &terms.frames {
             let spin = derivative(&mut case, |m, ws, q| {
-                forward_kinematics(m, ws, q);
-                ws.placement(m, frame.frame).rotation
+                let placed = forward_kinematics(m, ws, q);
+                placed.pose(frame.frame).rotation
             }) * frame.placement.rotation.transpose();
             let speed = derivative(&mut case, |m, ws, q| {
-                forward_kinematics(m, ws, q);
-                ws.placement(m, frame.frame).translation
+                let placed = forward_kinematics(m, ws, q);
+                placed.pose(frame.frame).translation
             });
             let found = Twist { linear: speed, angular: so3::vee(&spin) }.to_vector();
             let expected = frame.velocity.to_vector();
             assert!((found - expected).norm() < DIFFERENCES * (1.0 + expected.norm()), "{found} {expected}");
             let drift = derivative(&mut case, |m, ws, q| {
-                forward_kinematics_velocity(m, ws, q, &v);
-                ws.velocity(m, frame.frame).to_vector()
+                let moving = forward_kinematics_velocity(m, ws, q, &v);
+                moving.velocity(frame.frame).to_vector()
             });
             assert!((drift - frame.drift).norm() < DIFFERENCES * (1.0 + drift.norm()), "{drift} {}", frame.drift);
         }
         let com_velocity = derivative(&mut case, |m, ws, q| {
-            forward_kinematics(m, ws, q);
-            center_of_mass(m, ws)
+            let placed = forward_kinematics(m, ws, q);
+            placed.center_of_mass()
         });
         assert!((com_velocity - terms.com_velocity).norm() < DIFFERENCES * (1.0 + com_velocity.norm()));
         let rates = derivative(&mut case, |m, ws, q| {
@@ -208,10 +208,10 @@ fn an_added_frame_is_where_it_was_put() {
         let X_PF = Transform::new(so3::exp(&random.vector(1.0)), random.vector(0.3));
         let on_a_link = model.add_frame("tool", parent, X_PF);
         let on_the_tool = model.add_frame("tip", on_a_link, X_PF);
-        forward_kinematics(&model, &mut ws, &q);
-        let X_WP = ws.placement(&model, parent);
+        let placed = forward_kinematics(&model, &mut ws, &q);
+        let X_WP = placed.pose(parent);
         for (frame, expected) in [(on_a_link, X_WP * X_PF), (on_the_tool, X_WP * X_PF * X_PF)] {
-            let found = ws.placement(&model, frame);
+            let found = placed.pose(frame);
             assert!((found.translation - expected.translation).norm() < 1e-13);
             assert!((found.rotation - expected.rotation).norm() < 1e-13);
         }
@@ -228,7 +228,7 @@ fn an_external_wrench_enters_through_its_jacobian() {
             let wrench = Wrench { force: random.vector(30.0), moment: random.vector(3.0) };
             rnea(&model, &mut ws, &q, &v, &a, &mut without);
             rnea_with_external(&model, &mut ws, &q, &v, &a, &[(frame, wrench)], &mut with);
-            frame_jacobian(&model, &mut ws, frame, &mut jacobian);
+            forward_kinematics(&model, &mut ws, &q).jacobian(frame, &mut jacobian);
             let f: Vec6 = wrench.to_vector();
             close("J' F", &(&without - &with), &(jacobian.transpose() * f), ROUNDING);
         }

@@ -9,8 +9,8 @@ use spatial::{Vec3, Vec6};
 fn energy(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) -> f64 {
     let mut mass = DMatrix::zeros(model.nv(), model.nv());
     crba(model, ws, q, &mut mass);
-    forward_kinematics(model, ws, q);
-    0.5 * v.dot(&(mass * v)) - model.total_mass_kg() * model.gravity().dot(&center_of_mass(model, ws))
+    let com = forward_kinematics(model, ws, q).center_of_mass();
+    0.5 * v.dot(&(mass * v)) - model.total_mass_kg() * model.gravity().dot(&com)
 }
 
 /// The robot after `duration_s` without any force but gravity, by the explicit midpoint rule in `steps` steps.
@@ -200,8 +200,7 @@ fn what_stands_fast_in_the_world_has_no_share_in_mass_and_centre_of_mass() {
         assert!((model.total_mass_kg() - mass_kg).abs() < 1e-14);
         let (mut ws, mut q) = (Workspace::new(&model), model.neutral());
         q.joints[0] = std::f64::consts::FRAC_PI_2;
-        forward_kinematics(&model, &mut ws, &q);
-        let com = center_of_mass(&model, &ws);
+        let com = forward_kinematics(&model, &mut ws, &q).center_of_mass();
         assert!((com - Vec3::new(com_x_m, 0.5 * 2.0 / mass_kg, 0.0)).norm() < 1e-15, "{com}");
     }
 }

@@ -72,8 +72,8 @@ fn every_kind_of_joint_moves_as_it_says() {
         let mut q = model.neutral();
         q.joints[0] = 0.5;
         let mut ws = Workspace::new(&model);
-        forward_kinematics(&model, &mut ws, &q);
-        let X_WB = ws.placement(&model, model.frame("b").unwrap());
+        let placed = forward_kinematics(&model, &mut ws, &q);
+        let X_WB = placed.pose(model.frame("b").unwrap());
         assert!((X_WB.translation - Vec3::new(1.0, 2.0, 3.0) - moved).norm() < 1e-15, "{kind}");
         let turned = if kind == "prismatic" { 0.0 } else { 0.5 };
         let expected = spatial::so3::about_z(std::f64::consts::FRAC_PI_2) * spatial::so3::about_y(turned);
@@ -97,9 +97,9 @@ fn fixed_and_massless_links_are_merged_and_remain_frames() {
     let model = read(&parts).unwrap();
     assert_eq!((model.joint_count(), model.frames().len(), model.total_mass_kg()), (1, 4, 2.0));
     let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &model.neutral());
+    let placed = forward_kinematics(&model, &mut ws, &model.neutral());
     let arm = model.frame("arm").unwrap();
-    assert!((ws.placement(&model, arm).translation - Vec3::new(1.0, 1.0, 1.0)).norm() < 1e-15);
+    assert!((placed.pose(arm).translation - Vec3::new(1.0, 1.0, 1.0)).norm() < 1e-15);
     let joint = model.joint("j").unwrap();
     assert!(model.moves(joint, arm) && !model.moves(joint, model.frame("camera").unwrap()));
     assert_eq!((model.joint_above(arm), model.joint_above(model.base_frame())), (Some(joint), None));
@@ -173,8 +173,8 @@ fn a_follower_is_locked_with_its_leader() {
         let model = locked(locks).unwrap();
         assert_eq!((model.joint_count(), model.followers().len()), (0, 0));
         let mut ws = Workspace::new(&model);
-        forward_kinematics(&model, &mut ws, &model.neutral());
-        let found = ws.placement(&model, model.frame("c").unwrap()).translation.x;
+        let placed = forward_kinematics(&model, &mut ws, &model.neutral());
+        let found = placed.pose(model.frame("c").unwrap()).translation.x;
         assert!((found - expected).abs() < 1e-15, "{locks:?}: {found}");
     }
     let error = locked(&[("k", 0.1)]).unwrap_err();
@@ -196,8 +196,8 @@ fn what_cannot_move_holds_its_followers() {
         let model = read(&parts).unwrap();
         assert_eq!((model.joint_count(), model.followers().len()), (joints, 0));
         let mut ws = Workspace::new(&model);
-        forward_kinematics(&model, &mut ws, &model.neutral());
-        assert_eq!(ws.placement(&model, model.frame("c").unwrap()).translation.x, 0.25);
+        let placed = forward_kinematics(&model, &mut ws, &model.neutral());
+        assert_eq!(placed.pose(model.frame("c").unwrap()).translation.x, 0.25);
     }
     // A fixed joint follows nobody, whatever the file says.
     let fixed = pair(joint("j", "fixed", "a", "b", r#"<mimic joint="nobody"/>"#));

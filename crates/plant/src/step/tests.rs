@@ -47,10 +47,10 @@ impl Block {
         let contact = ContactSettings { viscosity_time_s, tolerance: 1e-12 };
         let mut feet = soles.map(|sole| Foot::new(sole, &contact));
         let state = State { q: Configuration { base: pose, ..model.neutral() }, v: DVector::zeros(6) };
-        let mut stepper = Stepper::new(&model, settings, frames);
+        let mut stepper = Stepper::new(&model, settings, frames, 0);
         let mut ws = Workspace::new(&model);
-        forward_kinematics(&model, &mut ws, &state.q);
-        let wrenches = [0, 1].map(|i| feet[i].place(&ws.placement(&model, frames[i]), &ground).wrench);
+        let placed = forward_kinematics(&model, &mut ws, &state.q);
+        let wrenches = [0, 1].map(|i| feet[i].place(&placed.pose(frames[i]), &ground).wrench);
         stepper.place(&model, &state, wrenches);
         let servo = Servo::new(&model, &ServoSettings::default()).unwrap();
         Self { model, stepper, servo, feet, ground, state, flows: EnergyFlows::default(), step_s }

@@ -2,8 +2,7 @@
 
 use multibody::leg::LegGeometry;
 use multibody::{
-    Configuration, FrameIndex, JointIndex, Model, ModelOptions, Workspace, center_of_mass, forward_kinematics,
-    rnea_with_external,
+    Configuration, FrameIndex, JointIndex, Model, ModelOptions, Workspace, forward_kinematics, rnea_with_external,
 };
 use nalgebra::{DVector, Vector2};
 use plant::settings::DriveSettings;
@@ -103,10 +102,9 @@ pub fn stand(model: &Model, ankles: &[Transform; 2], com: Vec3) -> Configuration
                 q.joints[joint.0] = angle;
             }
         }
-        forward_kinematics(model, &mut ws, &q);
-        q.base.translation += com - center_of_mass(model, &ws);
+        q.base.translation += com - forward_kinematics(model, &mut ws, &q).center_of_mass();
     }
-    assert!((center_of_mass(model, &ws) - com).norm() < 1e-9, "no configuration found");
+    assert!((forward_kinematics(model, &mut ws, &q).center_of_mass() - com).norm() < 1e-9, "no configuration found");
     q
 }
 
@@ -134,12 +132,12 @@ pub fn resting_plan(model: &Model, q: &Configuration, ankles: &[Transform; 2], c
 /// Holds a configuration with the torques of statics: the weight shared by the feet as the plan says.
 pub fn command(model: &Model, q: &Configuration, plan: &Plan) -> PlantCommand {
     let mut ws = Workspace::new(model);
-    forward_kinematics(model, &mut ws, q);
+    let placed = forward_kinematics(model, &mut ws, q);
     let external: Vec<(FrameIndex, Wrench)> = (0..2)
         .map(|i| {
             let foot = &plan.feet[i];
             let ankle = model.frame(&frames().ankles[i]).unwrap();
-            let arm = Vec3::new(foot.zmp.x, foot.zmp.y, 0.0) - ws.placement(model, ankle).translation;
+            let arm = Vec3::new(foot.zmp.x, foot.zmp.y, 0.0) - placed.pose(ankle).translation;
             (ankle, Wrench { force: foot.force, moment: arm.cross(&foot.force) })
         })
         .collect();

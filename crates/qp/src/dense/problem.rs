@@ -1,3 +1,5 @@
+//! Dense quadratic programs.
+
 use crate::{Residuals, Row};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;

@@ -1,3 +1,5 @@
+//! What a dense solver answers.
+
 use super::Size;
 use crate::{Conflict, Report, Row};
 

@@ -1,11 +1,11 @@
 //! The little geometry that drawing needs; rotations are row-major.
 
-/// Zero-moment point on the ground of a wrench about a point above it.
-pub(super) fn foot_zmp_m(wrench: &[f64; 6], about: &[f64; 3]) -> [f64; 2] {
-    let [fx, fy, fz, mx, my, _] = *wrench;
-    let [x, y, z] = *about;
-    // The moment about the point below, on the ground.
-    [x + (-my - fx * z) / fz, y + (mx - fy * z) / fz]
+use messages::from_row_major;
+use spatial::{Vec3, Wrench, so3};
+
+/// Zero-moment point on the ground of a wrench about a point above it; `None` where hardly anything presses.
+pub(super) fn foot_zmp_m(wrench: &[f64; 6], about: &[f64; 3]) -> Option<[f64; 2]> {
+    Wrench::from_vector(&(*wrench).into()).zmp(&(*about).into(), 0.0).map(Into::into)
 }
 
 /// Roll and pitch of a nearly horizontal frame in its own heading (mrad).
@@ -15,30 +15,21 @@ pub(super) fn tilt_mrad(r: &[f64; 9]) -> [f64; 2] {
     [1e3 * (-y).atan2(r[8]), 1e3 * x.atan2(r[8])]
 }
 
-/// Quaternion x, y, z, w, from its largest component, so that nothing is divided by little.
+/// Quaternion x, y, z, w of a rotation.
 pub(super) fn quaternion(r: &[f64; 9]) -> [f64; 4] {
-    let trace = r[0] + r[4] + r[8];
-    let candidates = [r[0], r[4], r[8], trace];
-    let largest = (0..4).max_by(|a, b| candidates[*a].total_cmp(&candidates[*b])).unwrap_or(3);
-    let q = match largest {
-        0 => [1.0 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6], r[7] - r[5]],
-        1 => [r[1] + r[3], 1.0 - r[0] + r[4] - r[8], r[5] + r[7], r[2] - r[6]],
-        2 => [r[2] + r[6], r[5] + r[7], 1.0 - r[0] - r[4] + r[8], r[3] - r[1]],
-        _ => [r[7] - r[5], r[2] - r[6], r[3] - r[1], 1.0 + trace],
-    };
-    let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    q.map(|x| x / norm)
+    let (w, v) = so3::quaternion(&from_row_major(r));
+    [v.x, v.y, v.z, w]
 }
 
 /// A vector from a rotated frame in the world.
 pub(super) fn rotated(r: &[f64; 9], v: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|row| (0..3).map(|column| r[3 * row + column] * v[column]).sum())
+    (from_row_major(r) * Vec3::from(v)).into()
 }
 
 /// Quaternion x, y, z, w of roll, pitch and yaw as a URDF has them.
 pub(super) fn of_rpy([roll, pitch, yaw]: [f64; 3]) -> [f64; 4] {
-    let ((sr, cr), (sp, cp), (sy, cy)) = ((0.5 * roll).sin_cos(), (0.5 * pitch).sin_cos(), (0.5 * yaw).sin_cos());
-    [sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy]
+    let (w, v) = so3::quaternion(&so3::from_roll_pitch_yaw(roll, pitch, yaw));
+    [v.x, v.y, v.z, w]
 }
 
 #[cfg(test)]
@@ -49,10 +40,10 @@ mod tests {
     fn a_force_beside_the_sole_has_its_zmp_where_it_acts() {
         // 200 N upwards, 30 mm in front and 10 mm left of the point it is taken about, which is 21 mm above the ground.
         let wrench = [0.0, 0.0, 200.0, 2.0, -6.0, 0.0];
-        let [x, y] = foot_zmp_m(&wrench, &[1.0, 2.0, 0.021]);
+        let [x, y] = foot_zmp_m(&wrench, &[1.0, 2.0, 0.021]).expect("it presses");
         assert!((x - 1.03).abs() < 1e-12 && (y - 2.01).abs() < 1e-12, "{x} {y}");
         // A force forwards leans the line of force: below the point it is farther back.
-        let [x, _] = foot_zmp_m(&[20.0, 0.0, 200.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 0.02]);
+        let [x, _] = foot_zmp_m(&[20.0, 0.0, 200.0, 0.0, 0.0, 0.0], &[0.0, 0.0, 0.02]).expect("it presses");
         assert!((x + 0.002).abs() < 1e-12, "{x}");
     }
 
@@ -69,17 +60,12 @@ mod tests {
     }
 
     #[test]
-    fn quaternions_are_right_whatever_component_is_largest() {
+    fn turns_are_the_same_as_matrix_angles_and_quaternion() {
         let quarter = 0.5_f64.sqrt();
-        for (rotation, expected) in [
-            ([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 0.0]),
-            ([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0], [0.0, 1.0, 0.0, 0.0]),
-            ([0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0], [0.0, 0.0, quarter, quarter]),
-        ] {
-            let found = quaternion(&rotation);
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        let turn = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        for found in [quaternion(&turn), of_rpy([0.0, 0.0, std::f64::consts::FRAC_PI_2])] {
+            assert!(found.iter().zip([0.0, 0.0, quarter, quarter]).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
         }
-        let yaw = of_rpy([0.0, 0.0, std::f64::consts::FRAC_PI_2]);
-        assert!((yaw[2] - quarter).abs() < 1e-15 && (yaw[3] - quarter).abs() < 1e-15, "{yaw:?}");
+        assert_eq!(rotated(&turn, [1.0, 0.0, 2.0]), [0.0, 1.0, 2.0]);
     }
 }

@@ -1,6 +1,8 @@
 //! The ground track as SVG: soles where they stood, centre of mass, zero-moment point. Visible without JavaScript.
 
 use super::walk::{Column, Walk};
+use messages::row_major;
+use spatial::{Vec3, so3};
 use std::fmt::Write;
 
 /// Room around everything that is drawn (m).
@@ -110,18 +112,7 @@ fn stances(walk: &Walk) -> Vec<Sole> {
 
 /// Rotation matrix, row-major, of a quaternion x, y, z, w.
 fn rotation(q: &[f64]) -> [f64; 9] {
-    let [x, y, z, w] = [q[0], q[1], q[2], q[3]];
-    [
-        1.0 - 2.0 * (y * y + z * z),
-        2.0 * (x * y - w * z),
-        2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z),
-        1.0 - 2.0 * (x * x + z * z),
-        2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y),
-        2.0 * (y * z + w * x),
-        1.0 - 2.0 * (x * x + y * y),
-    ]
+    row_major(&so3::from_quaternion(q[3], &Vec3::new(q[0], q[1], q[2])))
 }
 
 fn points(walk: &Walk, name: &str) -> Vec<[f64; 2]> {

@@ -238,9 +238,10 @@ impl<'a> Taking<'a> {
             self.put(&format!("force_{side}"), tick, wrench[2]);
             let carries = wrench[2] > FORCE_MIN_N;
             if carries {
-                let [x, y] = foot_zmp_m(wrench, &position);
-                self.put(&format!("zmp_{side}_x"), tick, 1e3 * x);
-                self.put(&format!("zmp_{side}_y"), tick, 1e3 * y);
+                if let Some([x, y]) = foot_zmp_m(wrench, &position) {
+                    self.put(&format!("zmp_{side}_x"), tick, 1e3 * x);
+                    self.put(&format!("zmp_{side}_y"), tick, 1e3 * y);
+                }
                 let [roll, pitch] = tilt_mrad(rotation);
                 self.put(&format!("roll_{side}"), tick, roll);
                 self.put(&format!("pitch_{side}"), tick, pitch);

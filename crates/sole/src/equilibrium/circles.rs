@@ -1,6 +1,6 @@
 //! States that run in circles.
 
-use crate::NodeState;
+use friction::ContactState;
 
 /// Sets of states that are remembered: as many as an attempt has changes of them in all but hopeless cases.
 const SETS: usize = 64;
@@ -23,7 +23,7 @@ impl Default for Circles {
 
 impl Circles {
     /// Adds states that have just changed; says whether they keep coming round.
-    pub(super) fn come_round(&mut self, states: &[NodeState]) -> bool {
+    pub(super) fn come_round(&mut self, states: &[ContactState]) -> bool {
         // FNV-1a: two sets of states with one hash would end one attempt early, once in 10^17.
         let hash = states
             .iter()

@@ -27,9 +27,10 @@ pub(crate) use arc::ArcEnd;
 pub(crate) use sliding::SlidingLaw;
 pub(crate) use target::Target;
 
-use crate::estimate::EulerOrder;
+use crate::SoleModel;
+use crate::euler_order::EulerOrder;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness, Rows};
-use crate::{NodeState, SoleModel};
+use friction::ContactState;
 use nalgebra::Vector2;
 use scratch::Scratch;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, so3};
@@ -107,7 +108,7 @@ const FIRST_COLUMNS: usize = 13;
 #[derive(Debug, Clone, Copy)]
 struct Change {
     point: usize,
-    to: NodeState,
+    to: ContactState,
 }
 
 /// Everything about a sole that does not change.
@@ -247,7 +248,7 @@ impl Equilibrium {
         self.stance.pose = Transform::new(so3::about_z(yaw_rad), Vec3::zeros());
         self.stance.first = Some(yaw_rad);
         self.stance.rate = None;
-        self.stance.states.fill(NodeState::Stick);
+        self.stance.states.fill(ContactState::Stick);
         self.stance.slips.fill(Vector2::zeros());
         self.stiffness.fill(&self.sole.model);
         self.stiffness.copy_columns(FIRST_COLUMNS, &self.sole.full_y);
@@ -273,11 +274,11 @@ impl Equilibrium {
         for point in 0..self.stance.states.len() {
             let height = self.sole.raised.as_ref().map_or(0.0, |raised| raised.heights[point]);
             match (self.stance.states[point], start(height, reach)) {
-                (NodeState::Free, NodeState::Stick) => {
-                    self.stance.states[point] = NodeState::Stick;
+                (ContactState::Open, ContactState::Stick) => {
+                    self.stance.states[point] = ContactState::Stick;
                     self.land(point);
                 }
-                (NodeState::Stick | NodeState::Slip, NodeState::Free) => self.lift(point),
+                (ContactState::Stick | ContactState::Slip, ContactState::Open) => self.lift(point),
                 _ => {}
             }
         }
@@ -288,7 +289,7 @@ impl Equilibrium {
         self.stance.pose = pose;
         self.stance.first = None;
         self.stance.rate = None;
-        self.stance.states.fill(NodeState::Stick);
+        self.stance.states.fill(ContactState::Stick);
         self.stance.slips.fill(Vector2::zeros());
         for (own, reference) in self.stance.references.iter_mut().zip(references) {
             *own = reference.xy();
@@ -307,7 +308,7 @@ impl Equilibrium {
             self.stiffness.set_columns(10, |i| rows(&[1.0, q[i].x, q[i].y], &points[i]));
         }
         for point in 0..self.stance.states.len() {
-            if self.stance.states[point] == NodeState::Free {
+            if self.stance.states[point] == ContactState::Open {
                 self.stiffness.lift(point);
             }
         }
@@ -379,7 +380,7 @@ impl Equilibrium {
             self.stance.slips[point] = Vector2::zeros();
         }
         for point in 0..self.stance.states.len() {
-            if self.stance.states[point] == NodeState::Free {
+            if self.stance.states[point] == ContactState::Open {
                 self.stance.references[point] = positions[point].xy();
             }
         }
@@ -427,9 +428,9 @@ impl Equilibrium {
         self.stance.pose = self.saved.pose;
         for point in 0..self.stance.states.len() {
             let (was, is) = (self.saved.states[point], self.stance.states[point]);
-            if was == NodeState::Free && is != NodeState::Free {
+            if was == ContactState::Open && is != ContactState::Open {
                 self.stiffness.lift(point);
-            } else if was != NodeState::Free && is == NodeState::Free {
+            } else if was != ContactState::Open && is == ContactState::Open {
                 self.stance.states[point] = was;
                 let count = self.families().0;
                 let z = rows(&self.scalars(point)[..count], &self.sole.model.contact_points()[point]);
@@ -487,8 +488,8 @@ fn vertical(stiffness: &ContactStiffness) -> f64 {
 }
 
 /// How a point begins that is so high above the lowest one.
-fn start(height_m: f64, reach_m: f64) -> NodeState {
-    if height_m <= reach_m { NodeState::Stick } else { NodeState::Free }
+fn start(height_m: f64, reach_m: f64) -> ContactState {
+    if height_m <= reach_m { ContactState::Stick } else { ContactState::Open }
 }
 
 /// Rows of Z: `s_k e_j` for every family k, then the undeformed position.

@@ -5,8 +5,8 @@ use super::system::{Reduction, References};
 use super::{
     End, Equilibrium, Limits, SAME_FACTORS, STEP_MAX_M, STEP_MAX_RAD, Target, block, flat, parts, scaled_solve, stack,
 };
-use crate::NodeState;
 use crate::columns::Columns;
+use friction::ContactState;
 use friction::dense::{add_one, add_three};
 use friction::natural_map;
 use nalgebra::Vector2;
@@ -215,7 +215,7 @@ impl Equilibrium {
         self.stance.pose.translation += linear;
         self.stance.pose.rotation = so3::orthonormalised(&(so3::exp(&angular) * self.stance.pose.rotation));
         for point in 0..self.stance.states.len() {
-            if self.stance.states[point] == NodeState::Slip {
+            if self.stance.states[point] == ContactState::Slip {
                 let [rate, second] = self.stance.slip_rates[point];
                 self.stance.slips[point] = dt_s * rate + 0.5 * dt_s * dt_s * second;
             }

@@ -8,8 +8,7 @@
 
 use super::system::{Reduction, References};
 use super::{End, Equilibrium, Limits, STEP_MAX_M, STEP_MAX_RAD, Target, parts, scaled_solve};
-use crate::NodeState;
-use friction::{ContactProblem, LocalState, Settings, Status, Workspace, solve};
+use friction::{ContactProblem, ContactState, Settings, Status, Workspace, solve};
 use nalgebra::{DMatrix, DVector, Vector2};
 use spatial::{Vec3, so3};
 
@@ -107,17 +106,17 @@ impl Equilibrium {
         let m = 3 * n as u64;
         self.work.multiplications += (answer.iterations as u64 + 6) * m * m;
         for point in 0..n {
-            let touches = workspace.states()[point] != LocalState::Open;
-            if touches && self.stance.states[point] == NodeState::Free {
-                self.stance.states[point] = NodeState::Stick;
+            let touches = workspace.states()[point] != ContactState::Open;
+            if touches && self.stance.states[point] == ContactState::Open {
+                self.stance.states[point] = ContactState::Stick;
                 self.land(point);
-            } else if !touches && self.stance.states[point] != NodeState::Free {
+            } else if !touches && self.stance.states[point] != ContactState::Open {
                 self.lift(point);
             }
             if touches {
-                let slides = workspace.states()[point] == LocalState::Slide;
+                let slides = workspace.states()[point] == ContactState::Slip;
                 let delta = Vector2::new(answer.delta[3 * point], answer.delta[3 * point + 1]);
-                self.stance.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.stance.states[point] = if slides { ContactState::Slip } else { ContactState::Stick };
                 self.stance.slips[point] = if slides { delta } else { Vector2::zeros() };
             }
         }

@@ -1,6 +1,6 @@
 //! Where a stance stands, and what it remembers.
 
-use crate::NodeState;
+use friction::ContactState;
 use nalgebra::Vector2;
 use spatial::{Transform, Vec6};
 
@@ -10,7 +10,7 @@ pub(crate) struct Stance {
     /// Pose of the sole, relative to the foothold.
     pub(crate) pose: Transform,
     /// What every point does.
-    pub(crate) states: Vec<NodeState>,
+    pub(crate) states: Vec<ContactState>,
     /// Way of the sliding points since the tick before (m).
     pub(super) slips: Vec<Vector2<f64>>,
     /// Tangential references Q of every point; meaningless at the first tick, when they follow from the pose (35).
@@ -26,7 +26,7 @@ impl Stance {
     pub(super) fn new(points: usize) -> Self {
         Self {
             pose: Transform::identity(),
-            states: vec![NodeState::Free; points],
+            states: vec![ContactState::Open; points],
             slips: vec![Vector2::zeros(); points],
             references: vec![Vector2::zeros(); points],
             first: None,
@@ -40,7 +40,7 @@ impl Stance {
 #[derive(Debug, Clone)]
 pub(super) struct Saved {
     pub(super) pose: Transform,
-    pub(super) states: Vec<NodeState>,
+    pub(super) states: Vec<ContactState>,
     pub(super) slips: Vec<Vector2<f64>>,
 }
 
@@ -48,7 +48,7 @@ impl Saved {
     pub(super) fn new(points: usize) -> Self {
         Self {
             pose: Transform::identity(),
-            states: vec![NodeState::Free; points],
+            states: vec![ContactState::Open; points],
             slips: vec![Vector2::zeros(); points],
         }
     }

@@ -1,7 +1,7 @@
 //! Which points are free, stick or slide: forces and gaps at the present pose decide.
 
 use super::{Change, Equilibrium, SCREEN, block, flat, rows};
-use crate::NodeState;
+use friction::ContactState;
 use friction::dense::{add_one, add_three, dot};
 use nalgebra::Vector2;
 use spatial::Vec3;
@@ -31,7 +31,7 @@ impl Equilibrium {
         self.scratch.sliding.clear();
         self.scratch.sliding_slots.clear();
         for (slot, point) in self.stiffness.points().iter().enumerate() {
-            if self.stance.states[*point] == NodeState::Slip {
+            if self.stance.states[*point] == ContactState::Slip {
                 self.scratch.sliding.push(*point);
                 self.scratch.sliding_slots.push(slot);
                 let c = self.stance.pose.rotation.tr_mul(&flat(&self.stance.slips[*point]));
@@ -85,44 +85,44 @@ impl Equilibrium {
             let force = self.stance.pose.rotation * block(&self.scratch.f, slot);
             let (tangential, normal) = (Vector2::new(force.x, force.y), force.z);
             let bound = self.sole.model.friction()[*point] * normal;
-            let change = |to: NodeState| Change { point: *point, to };
+            let change = |to: ContactState| Change { point: *point, to };
             if normal < -self.sole.floor_n {
-                self.scratch.changes.push(change(NodeState::Free));
-            } else if self.stance.states[*point] == NodeState::Stick {
+                self.scratch.changes.push(change(ContactState::Open));
+            } else if self.stance.states[*point] == ContactState::Stick {
                 let excess = tangential.norm() - bound;
                 if excess > self.sole.floor_n {
-                    self.scratch.changes.push(change(NodeState::Slip));
+                    self.scratch.changes.push(change(ContactState::Slip));
                 }
             } else {
                 let slack = bound - (tangential - self.sole.rho[*point] * self.stance.slips[*point]).norm();
                 if slack > self.sole.floor_n {
-                    self.scratch.changes.push(change(NodeState::Stick));
+                    self.scratch.changes.push(change(ContactState::Stick));
                 }
             }
         }
         let far = if self.screening { SCREEN * self.largest_displacement() } else { f64::INFINITY };
         for point in 0..self.stance.states.len() {
-            if self.stance.states[point] == NodeState::Free
+            if self.stance.states[point] == ContactState::Open
                 && self.stance.pose.point(&self.sole.model.contact_points()[point]).z < far
             {
                 let gap = self.gap(point);
                 if gap < -self.sole.floor_m {
-                    self.scratch.changes.push(Change { point, to: NodeState::Stick });
+                    self.scratch.changes.push(Change { point, to: ContactState::Stick });
                 }
             }
         }
         let families = self.families();
         for k in 0..self.scratch.changes.len() {
             let Change { point, to } = self.scratch.changes[k];
-            if self.stance.states[point] == NodeState::Free {
+            if self.stance.states[point] == ContactState::Open {
                 // Lands: sliding when its way since the reference is more sideways than friction can hold.
                 let away = self.free_position(point) - self.reference(point, &families);
                 let tangential = Vector2::new(away.x, away.y);
                 let slides = tangential.norm() > self.sole.model.friction()[point] * away.z.abs();
-                self.stance.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.stance.states[point] = if slides { ContactState::Slip } else { ContactState::Stick };
                 self.stance.slips[point] = if slides { tangential } else { Vector2::zeros() };
                 self.land(point);
-            } else if to == NodeState::Free {
+            } else if to == ContactState::Open {
                 self.lift(point);
             } else {
                 self.stance.states[point] = to;
@@ -141,7 +141,7 @@ impl Equilibrium {
 
     pub(super) fn lift(&mut self, point: usize) {
         self.work.lift_offs += 1;
-        self.stance.states[point] = NodeState::Free;
+        self.stance.states[point] = ContactState::Open;
         self.stance.slips[point] = Vector2::zeros();
         self.stiffness.lift(point);
     }

@@ -5,10 +5,11 @@ mod report;
 mod stance;
 
 pub use report::{Cause, StanceReport, Status};
-pub use stance::{EstimatorSettings, EulerOrder, Foothold, NodeState, StanceReference};
+pub use stance::{EstimatorSettings, Foothold, StanceReference};
 
 use crate::SoleModel;
 use crate::equilibrium::{End, Equilibrium, Limits, Target};
+use friction::ContactState;
 use nalgebra::Vector2;
 use spatial::{Mat6, Transform, Twist, Vec3, Vec6, Wrench, so3};
 use std::sync::Arc;
@@ -71,7 +72,7 @@ impl StanceEstimator {
             report: StanceReport::new(n),
             in_stance: false,
             last: zero,
-            hull: sole_mesh::convex_hull(model.contact_points().iter().map(|p| p.xy())),
+            hull: spatial::polygon::convex_hull(model.contact_points().iter().map(|p| p.xy())),
             friction_max: model.friction().iter().copied().fold(0.0, f64::max),
             positions: vec![Vec3::zeros(); n],
             forces: vec![Vec3::zeros(); n],
@@ -146,7 +147,7 @@ impl StanceEstimator {
         self.report.twist = Twist::zero();
         self.report.acceleration = Twist::zero();
         self.report.node_forces.fill(Vec3::zeros());
-        self.report.node_states.fill(NodeState::Free);
+        self.report.node_states.fill(ContactState::Open);
     }
 
     /// One tick.
@@ -202,7 +203,7 @@ impl StanceEstimator {
     /// How far (m) a ZMP lies inside the contact points, undeformed at the last pose or where they were at the last tick.
     fn zmp_margin(&self, zmp: &Vector2<f64>) -> f64 {
         let pose = self.equilibrium.stance.pose;
-        -crate::hull::distance_outside(
+        -spatial::polygon::distance_outside(
             self.hull.iter().map(|p| pose.point(&Vec3::new(p.x, p.y, 0.0)).xy()),
             self.report.node_positions.iter().map(|position| position.xy() - self.foothold),
             &(zmp - self.foothold),
@@ -309,11 +310,11 @@ impl StanceEstimator {
         report.acceleration = Twist::from_vector(&acceleration);
         report.wrench = Wrench { force, moment };
         let o = self.equilibrium.stance.pose.translation;
-        // Moment about the point on the ground under the origin: M_O + O x F.
-        let about = moment + Vec3::new(0.0, 0.0, o.z).cross(&force);
-        let arm = Vec3::new(-about.y / force.z, about.x / force.z, 0.0);
-        report.zmp = self.foothold + o.xy() + arm.xy();
-        report.moment_z_nm = about.z - arm.cross(&force).z;
+        // About the point on the ground under the origin.
+        let below = report.wrench.about(&Vec3::new(0.0, 0.0, -o.z));
+        let arm = below.zmp_arm();
+        report.zmp = self.foothold + o.xy() + arm;
+        report.moment_z_nm = below.about(&Vec3::new(arm.x, arm.y, 0.0)).moment.z;
         report.compression = self.equilibrium.compression();
         report.tangent = about_moving_origin(&fixed, &force);
         report.compliance = inverse(&report.tangent);
@@ -322,8 +323,8 @@ impl StanceEstimator {
         report.residual = residual;
         report.law_violation_n = violation;
         let count = |state| report.node_states.iter().filter(|s| **s == state).count();
-        (report.free, report.sticking, report.sliding) =
-            (count(NodeState::Free), count(NodeState::Stick), count(NodeState::Slip));
+        (report.open, report.sticking, report.slipping) =
+            (count(ContactState::Open), count(ContactState::Stick), count(ContactState::Slip));
         report.landings = self.equilibrium.work.landings;
         report.lift_offs = self.equilibrium.work.lift_offs;
         report.age_ticks = 0;

@@ -1,6 +1,6 @@
 //! What the estimator answers.
 
-use super::NodeState;
+use friction::ContactState;
 use nalgebra::Vector2;
 use spatial::{Mat6, Transform, Twist, Vec3, Wrench};
 
@@ -133,7 +133,7 @@ pub struct StanceReport {
     /// World forces on the contact points (N).
     pub node_forces: Vec<Vec3>,
     /// States of the contact points.
-    pub node_states: Vec<NodeState>,
+    pub node_states: Vec<ContactState>,
     /// Scaled residual of force and moments, see [`EstimatorSettings::tolerance`](super::EstimatorSettings::tolerance).
     pub residual: f64,
     /// Largest violation of the contact laws, from the compliance (N), see `friction`'s scaled residual.
@@ -145,12 +145,12 @@ pub struct StanceReport {
     /// Newton from the last tick had not found the answer. It, or that there is none, was found by ways that may take many
     /// periods, and that allocate.
     pub slow: bool,
-    /// Points off, sticking, sliding.
-    pub free: usize,
-    /// See `free`.
+    /// Points that are open.
+    pub open: usize,
+    /// Points that stick.
     pub sticking: usize,
-    /// See `free`.
-    pub sliding: usize,
+    /// Points that slip.
+    pub slipping: usize,
     /// Points that landed and lifted during the iterations.
     pub landings: usize,
     /// See `landings`.
@@ -179,15 +179,15 @@ impl StanceReport {
             compliance: Mat6::zeros(),
             node_positions: vec![Vec3::zeros(); points],
             node_forces: vec![Vec3::zeros(); points],
-            node_states: vec![NodeState::Free; points],
+            node_states: vec![ContactState::Open; points],
             residual: 0.0,
             law_violation_n: 0.0,
             iterations: 0,
             multiplications: 0,
             slow: false,
-            free: points,
+            open: points,
             sticking: 0,
-            sliding: 0,
+            slipping: 0,
             landings: 0,
             lift_offs: 0,
             age_ticks: 0,

@@ -2,7 +2,7 @@
 
 use super::history::displacement;
 use super::{ACCEPTED, ContactReport, ContactStatus, PoseDrivenContact};
-use crate::NodeState;
+use friction::ContactState;
 use friction::natural_map;
 use nalgebra::Vector2;
 use spatial::{Vec3, Wrench};
@@ -24,7 +24,7 @@ impl PoseDrivenContact {
             let (place, f, slip) = (&self.places[*point], &self.forces[slot], &self.slips[*point]);
             let mut at = place.reference;
             let local = place.frame.tr_mul(f);
-            if self.states[*point] == NodeState::Slip {
+            if self.states[*point] == ContactState::Slip {
                 at += place.frame.column(0) * slip.x + place.frame.column(1) * slip.y;
                 friction_work_j -= local.x * slip.x + local.y * slip.y;
             }

@@ -5,7 +5,8 @@ use super::{
     REFRESH, RELAXED_N, Screen,
 };
 use crate::stiffness::{COLUMNS_MAX, Rows};
-use crate::{Ground, NodeState, SoleModel};
+use crate::{Ground, SoleModel};
+use friction::ContactState;
 use friction::dense::dot;
 use nalgebra::Vector2;
 use spatial::{Mat3, Vec3};
@@ -20,9 +21,9 @@ impl PoseDrivenContact {
             for point in 0..self.states.len() {
                 match self.states[point] {
                     // Its reference is where it is.
-                    NodeState::Stick => self.recolumn(point),
-                    NodeState::Slip => self.place_exactly(point, ground),
-                    NodeState::Free => self.place_roughly(point, ground),
+                    ContactState::Stick => self.recolumn(point),
+                    ContactState::Slip => self.place_exactly(point, ground),
+                    ContactState::Open => self.place_roughly(point, ground),
                 }
             }
         } else {
@@ -45,14 +46,14 @@ impl PoseDrivenContact {
         match self.past {
             Past::None => self.pose.point(p),
             Past::Given => self.given[point],
-            Past::Committed if self.states[point] == NodeState::Free => self.last.point(&(p + self.screen.u[point])),
+            Past::Committed if self.states[point] == ContactState::Open => self.last.point(&(p + self.screen.u[point])),
             Past::Committed => self.places[point].reference,
         }
     }
 
     /// The tangent plane at the reference: the previous position is projected along the normal.
     pub(super) fn place_exactly(&mut self, point: usize, ground: &dyn Ground) {
-        if self.states[point] == NodeState::Free && self.past == Past::Committed {
+        if self.states[point] == ContactState::Open && self.past == Past::Committed {
             self.screen.know(point, displacement(&self.model, &self.last_elastic, point));
         }
         let from = self.previous(point);
@@ -106,7 +107,7 @@ impl PoseDrivenContact {
             self.anchor = self.pose.translation;
         }
         for (point, state) in self.states.iter().enumerate() {
-            if *state != NodeState::Free && self.stiffness.slot(point).is_none() {
+            if *state != ContactState::Open && self.stiffness.slot(point).is_none() {
                 self.columned[point] = self.places[point].reference - self.anchor;
             }
         }
@@ -249,13 +250,13 @@ impl Screen {
     }
 
     /// The evaluation becomes history.
-    fn commit(&mut self, states: &[NodeState]) {
+    fn commit(&mut self, states: &[ContactState]) {
         if self.changes_n == 0.0 {
             return;
         }
         let n = self.u.len();
         for (point, state) in states.iter().enumerate() {
-            if *state == NodeState::Free {
+            if *state == ContactState::Open {
                 self.moved_m[point] += dot(&self.norms[point * n..(point + 1) * n], &self.change_n);
             }
         }

@@ -34,7 +34,8 @@ mod tangent;
 
 use crate::list::List;
 use crate::stiffness::{COLUMNS_MAX, ContactStiffness};
-use crate::{Ground, NodeState, SoleModel};
+use crate::{Ground, SoleModel};
+use friction::ContactState;
 use nalgebra::Vector2;
 use scratch::Scratch;
 use spatial::{Mat3, Mat6, Transform, Vec3, Wrench};
@@ -87,7 +88,7 @@ pub struct ContactReport {
     /// World positions of the contact points (m).
     pub node_positions: Vec<Vec3>,
     /// States of the contact points.
-    pub node_states: Vec<NodeState>,
+    pub node_states: Vec<ContactState>,
     /// Largest contact-law violation over the largest nodal force. What the carried stiffness contributes is known from its last check
     /// against the compliance.
     pub residual: f64,
@@ -135,7 +136,7 @@ pub struct PoseDrivenContact {
     last_elastic: Vec<f64>,
     elastic: Vec<f64>,
     slips: Vec<Vector2<f64>>,
-    states: Vec<NodeState>,
+    states: Vec<ContactState>,
     places: Vec<Place>,
     /// The places hold for this step.
     placed: bool,
@@ -225,7 +226,7 @@ impl PoseDrivenContact {
             last_elastic: vec![0.0; ld],
             elastic: vec![0.0; ld],
             slips: vec![Vector2::zeros(); n],
-            states: vec![NodeState::Free; n],
+            states: vec![ContactState::Open; n],
             places: vec![Place { reference: Vec3::zeros(), frame: Mat3::identity(), mu: 0.0, exact: false }; n],
             placed: false,
             columned: vec![Vec3::zeros(); n],
@@ -253,7 +254,7 @@ impl PoseDrivenContact {
                 tangent: Mat6::zeros(),
                 node_forces: vec![Vec3::zeros(); n],
                 node_positions: vec![Vec3::zeros(); n],
-                node_states: vec![NodeState::Free; n],
+                node_states: vec![ContactState::Open; n],
                 residual: 0.0,
                 iterations: 0,
                 friction_work_j: 0.0,
@@ -283,7 +284,7 @@ impl PoseDrivenContact {
 
     /// Continues from a history held elsewhere: positions of the contact points at the previous step (m, world), their states,
     /// and no displacement to relax from.
-    pub fn resume(&mut self, previous: &[Vec3], states: &[NodeState]) {
+    pub fn resume(&mut self, previous: &[Vec3], states: &[ContactState]) {
         assert_eq!(previous.len(), self.given.len(), "one position per contact point");
         self.reset();
         self.given.copy_from_slice(previous);
@@ -298,7 +299,7 @@ impl PoseDrivenContact {
         self.last_elastic.fill(0.0);
         self.elastic.fill(0.0);
         self.slips.fill(Vector2::zeros());
-        self.states.fill(NodeState::Free);
+        self.states.fill(ContactState::Open);
         self.stiffness.clear();
         self.screen.forget();
         self.slide.forget();

@@ -2,8 +2,8 @@
 
 use super::PoseDrivenContact;
 use super::history::displacement;
-use crate::{Ground, NodeState};
-use friction::{ContactProblem, LocalState, Settings, Workspace};
+use crate::Ground;
+use friction::{ContactProblem, ContactState, Settings, Workspace};
 use nalgebra::{DMatrix, DVector, Vector2};
 use spatial::Mat3;
 
@@ -51,11 +51,11 @@ impl PoseDrivenContact {
         for point in 0..n {
             self.slips[point] = Vector2::zeros();
             self.states[point] = match workspace.states()[point] {
-                LocalState::Open => NodeState::Free,
-                LocalState::Stick => NodeState::Stick,
-                LocalState::Slide => {
+                ContactState::Open => ContactState::Open,
+                ContactState::Stick => ContactState::Stick,
+                ContactState::Slip => {
                     self.slips[point] = answer.delta.fixed_rows::<2>(3 * point).into();
-                    NodeState::Slip
+                    ContactState::Slip
                 }
             };
         }

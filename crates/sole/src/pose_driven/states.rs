@@ -2,7 +2,8 @@
 
 use super::PoseDrivenContact;
 use super::history::displacement;
-use crate::{Ground, NodeState};
+use crate::Ground;
+use friction::ContactState;
 use nalgebra::Vector2;
 use spatial::Vec3;
 
@@ -23,16 +24,16 @@ impl PoseDrivenContact {
             let tangential = force.xy();
             let to = if force.z < -floor_n {
                 set_changed = true;
-                NodeState::Free
-            } else if self.states[point] == NodeState::Stick {
+                ContactState::Open
+            } else if self.states[point] == ContactState::Stick {
                 if tangential.norm() <= bound + floor_n {
                     continue;
                 }
                 changed = true;
-                NodeState::Slip
+                ContactState::Slip
             } else if (tangential - self.beta * self.rho[point] * self.slips[point]).norm() < bound - floor_n {
                 changed = true;
-                NodeState::Stick
+                ContactState::Stick
             } else {
                 continue;
             };
@@ -42,13 +43,13 @@ impl PoseDrivenContact {
         }
         let surely = if ground.is_plane() { 1.0 } else { UNSURE };
         for point in 0..self.states.len() {
-            if self.states[point] != NodeState::Free || self.stiffness.slot(point).is_some() {
+            if self.states[point] != ContactState::Open || self.stiffness.slot(point).is_some() {
                 continue;
             }
             let Some(away) = self.away_from_ground(point, surely, ground) else { continue };
             if away.z < -floor_m {
                 let slides = away.xy().norm() > self.places[point].mu * away.z.abs();
-                self.states[point] = if slides { NodeState::Slip } else { NodeState::Stick };
+                self.states[point] = if slides { ContactState::Slip } else { ContactState::Stick };
                 self.slips[point] = if slides { away.xy() } else { Vector2::zeros() };
                 self.changes += 1;
                 set_changed = true;

@@ -1,7 +1,7 @@
 //! Forces at a given pose: displacements prescribed by the references, slips added.
 
 use super::{COLUMN_OF_ONES, COLUMN_OF_PAST, COLUMN_OF_PLACES, PoseDrivenContact};
-use crate::NodeState;
+use friction::ContactState;
 use friction::dense::{add_one, add_three};
 use spatial::{Mat3, Vec3};
 
@@ -27,7 +27,7 @@ impl PoseDrivenContact {
     pub(super) fn offset(&self, point: usize) -> Vec3 {
         let place = &self.places[point];
         let mut offset = place.reference - self.anchor - self.columned[point];
-        if self.states[point] == NodeState::Slip {
+        if self.states[point] == ContactState::Slip {
             let (x, y) = (self.slips[point].x, self.slips[point].y);
             offset += place.frame.column(0) * x + place.frame.column(1) * y;
         }
@@ -41,7 +41,7 @@ impl PoseDrivenContact {
         self.sliding.clear();
         for slot in 0..self.stiffness.len() {
             let point = self.stiffness.points()[slot];
-            if self.states[point] == NodeState::Slip {
+            if self.states[point] == ContactState::Slip {
                 self.sliding.push(point);
             }
             let offset = self.offset(point);

@@ -1,8 +1,8 @@
 //! Rate of the wrench with the pose at frozen node states.
 
 use super::{COLUMN_OF_ONES, PoseDrivenContact};
-use crate::NodeState;
 use crate::estimate::about_moving_origin;
+use friction::ContactState;
 use friction::dense::{add_three, lu_solve};
 use nalgebra::Vector2;
 use spatial::{Mat3, Mat6, Vec3, so3};
@@ -124,6 +124,6 @@ impl PoseDrivenContact {
                 add_three(out, k.column(j), k.column(j + 1), k.column(j + 2), c.x, c.y, c.z);
             }
         }
-        debug_assert!(self.states.iter().any(|state| *state != NodeState::Free));
+        debug_assert!(self.states.iter().any(|state| *state != ContactState::Open));
     }
 }

@@ -190,7 +190,7 @@ fn on_very_rough_ground_the_sole_is_glued_until_a_row_lifts_and_every_step_to_th
                 assert!(away < 0.01 * linear[4].abs() + 1e-9, "{cells:?}, {x_m}: {turned} instead of {linear}");
                 assert!((report.sole_pose.translation.z / linear[2] - 1.0).abs() < 1e-3);
             }
-            lifted += usize::from(report.free > 0);
+            lifted += usize::from(report.open > 0);
         }
         // Glued inside the middle third, as any footing without tension.
         assert!((28..40).contains(&stuck) && stuck + lifted >= 95, "{stuck} {lifted}");

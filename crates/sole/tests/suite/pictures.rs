@@ -62,7 +62,7 @@ fn contact_nodes_are_drawn_where_the_tick_has_them_and_the_clamped_ones_where_th
     let material = settings(Level::Fem).material;
     for model in [sole(Level::Fem), sole(Level::Fem).mirrored()] {
         let report = stance(&model);
-        assert!(report.status.is_solved() && report.free > 5 && report.sticking > 5, "{:?}", report.status);
+        assert!(report.status.is_solved() && report.open > 5 && report.sticking > 5, "{:?}", report.status);
         let (x, positions) = (&report.sole_pose, &report.node_positions);
         let text = deformed_sole_vtk(&model, &material, x, positions, &report.node_forces).expect("a picture");
         for piece in ["UNSTRUCTURED_GRID", "POINTS 105", "CELLS 288 1440", "displacement_m", "force_n"] {

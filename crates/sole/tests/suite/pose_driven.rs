@@ -3,7 +3,7 @@
 use crate::reference_cases::{cases, model};
 use nalgebra::{DVector, SVector, Vector2};
 use sole::{
-    ContactReport, ContactStatus, ElasticBody, EstimatorSettings, Foothold, Ground, Level, MeshSource, NodeState,
+    ContactReport, ContactState, ContactStatus, ElasticBody, EstimatorSettings, Foothold, Ground, Level, MeshSource,
     Plane, PoseDrivenContact, PoseDrivenSettings, Slope, SoleModel, SoleSettings, StanceEstimator, StanceReference,
     element_stiffness,
 };
@@ -75,7 +75,9 @@ fn pressing_sliding_lifting_and_landing_again_obey_the_laws_at_every_step() {
         contact.commit();
         before.clone_from(&report.node_positions);
     }
-    assert!(seen[NodeState::Stick as usize] && seen[NodeState::Slip as usize] && seen[NodeState::Free as usize]);
+    assert!(
+        seen[ContactState::Stick as usize] && seen[ContactState::Slip as usize] && seen[ContactState::Open as usize]
+    );
     assert!(seen[3], "the motion lifts the whole sole once");
 }
 
@@ -103,7 +105,7 @@ fn the_tangent_is_the_derivative_of_the_wrench() {
     let x = pose(0.012, 0.02, 0.004, 0.0007, -0.0003, -0.0011);
     let report = contact.evaluate(&x, &ground, 1e-3).clone();
     let count = |s| report.node_states.iter().filter(|x| **x == s).count();
-    assert!(count(NodeState::Slip) > 0 && count(NodeState::Stick) > 0 && count(NodeState::Free) > 0);
+    assert!(count(ContactState::Slip) > 0 && count(ContactState::Stick) > 0 && count(ContactState::Open) > 0);
     let step = 1e-9;
     for k in 0..6 {
         let mut d = Vec6::zeros();
@@ -184,8 +186,8 @@ fn the_elastic_energy_is_that_of_all_elements_and_what_pressing_has_put_in() {
                 report.elastic_energy_j
             );
             let count = |state| report.node_states.iter().filter(|s| **s == state).count();
-            slid += usize::from(count(NodeState::Slip) > 0);
-            partly += usize::from((1..30).contains(&count(NodeState::Free)));
+            slid += usize::from(count(ContactState::Slip) > 0);
+            partly += usize::from((1..30).contains(&count(ContactState::Open)));
             if report.status == ContactStatus::NoContact && step >= 50 {
                 // What a viscous body still holds when it leaves the ground fades; an elastic one holds nothing.
                 assert_eq!(report.elastic_energy_j > 0.0, viscosity_time_s > 0.0, "step {step}");
@@ -284,7 +286,7 @@ fn the_load_of_a_pose_leads_the_estimator_back_to_that_pose() {
         assert!(vertical_nm.abs() < 1e-10, "pose {k}: {vertical_nm} N m left");
         let found = estimator.step(&StanceReference::constant(force, zmp));
         assert!(found.status.is_solved(), "pose {k}: {:?}", found.status);
-        slid += found.sliding;
+        slid += found.slipping;
         let away_m = (found.sole_pose.translation - wanted.translation).norm();
         let away_rad = so3::log(&(found.sole_pose.rotation * wanted.rotation.transpose())).norm();
         assert!(away_m < 1e-9 && away_rad < 1e-9, "pose {k}: {away_m} m, {away_rad} rad");
@@ -465,7 +467,7 @@ fn friction_is_that_of_sole_and_ground_at_each_point_and_a_reset_sole_is_a_new_o
     for (i, p) in model.contact_points().iter().enumerate() {
         let (f, state) = (report.node_forces[i], report.node_states[i]);
         // Dragged by 10 mm, far beyond what any point holds; where the ground changes the bulging foam decides, so that is left out.
-        if state == NodeState::Slip && p.x.abs() > 0.005 {
+        if state == ContactState::Slip && p.x.abs() > 0.005 {
             let mu = friction[i] * Ice.friction_factor(p.x, p.y);
             assert!((f.xy().norm() - mu * f.z).abs() < 1e-8 * report.wrench.force.norm(), "point {i}: {f} at {mu}");
             slid += 1;

@@ -4,7 +4,7 @@
 use nalgebra::Vector2;
 use serde_json::Value;
 use sole::{
-    EstimatorSettings, Foothold, Level, Material, MeshSource, NodeState, SoleModel, SoleSettings, StanceEstimator,
+    ContactState, EstimatorSettings, Foothold, Level, Material, MeshSource, SoleModel, SoleSettings, StanceEstimator,
     StanceReference, Status,
 };
 use spatial::{Transform, Vec3, so3};
@@ -129,7 +129,7 @@ fn static_loads_give_the_reference_poses_forces_and_positions() {
         assert!(report.law_violation_n < 1e-9 * load.max(0.01), "{name}: laws off by {} N", report.law_violation_n);
         let counted = ["n_free", "n_stick", "n_slip"].map(|k| case["result"][k].as_u64().expect("a count") as usize);
         // A point at a threshold is classed by rounding: two such points per case were seen.
-        assert!(report.free.abs_diff(counted[0]) + report.sliding.abs_diff(counted[2]) <= 4, "{name}: {counted:?}");
+        assert!(report.open.abs_diff(counted[0]) + report.slipping.abs_diff(counted[2]) <= 4, "{name}: {counted:?}");
     }
 }
 
@@ -169,9 +169,9 @@ fn node_states_are_consistent_with_the_forces() {
     let report = estimator.step(&StanceReference::constant(vector(&case["Fd"]), pair(&case["Pd"])));
     for (state, force) in report.node_states.iter().zip(&report.node_forces) {
         match state {
-            NodeState::Free => assert_eq!(*force, Vec3::zeros()),
-            NodeState::Stick => assert!(force.xy().norm() <= mu * force.z + 1e-9),
-            NodeState::Slip => assert!((force.xy().norm() - mu * force.z).abs() < 1e-9),
+            ContactState::Open => assert_eq!(*force, Vec3::zeros()),
+            ContactState::Stick => assert!(force.xy().norm() <= mu * force.z + 1e-9),
+            ContactState::Slip => assert!((force.xy().norm() - mu * force.z).abs() < 1e-9),
         }
     }
 }

@@ -4,8 +4,8 @@ use crate::edge::honest;
 use crate::walking_stance::{self, TICKS};
 use nalgebra::Vector2;
 use sole::{
-    Cause, ContactSet, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator, NestedSettings,
-    NodeState, SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
+    Cause, ContactSet, ContactState, EstimatorSettings, EulerOrder, Foothold, Level, MeshSource, NestedEstimator,
+    NestedSettings, SoleModel, SoleSettings, StanceEstimator, StanceReference, StanceReport, Status,
 };
 use spatial::{Mat3, Vec3, so3};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub(crate) fn laws_hold(model: &SoleModel, report: &StanceReport, load: f64) {
         assert!(f.z >= -1e-9 * load, "the ground pulls point {i}");
         assert!(p.z >= -1e-10, "point {i} is under the ground by {}", -p.z);
         assert!(f.xy().norm() <= model.friction()[i] * f.z + 1e-8 * load, "point {i} exceeds its friction");
-        assert!(report.node_states[i] != NodeState::Free || *f == Vec3::zeros());
+        assert!(report.node_states[i] != ContactState::Open || *f == Vec3::zeros());
     }
     let total: Vec3 = report.node_forces.iter().sum();
     assert!((total - report.wrench.force).norm() < 1e-9 * load);
@@ -66,7 +66,7 @@ fn a_walking_stance_has_no_failed_tick_and_meets_its_load_at_every_one() {
             let work: f64 = pairs.zip(&report.node_forces).map(|((p, q), f)| -f.xy().dot(&(p - q).xy())).sum();
             assert!(work >= -1e-12, "tick {tick}: friction makes {} J", -work);
         }
-        slid = slid.max(report.sliding);
+        slid = slid.max(report.slipping);
         before = Some(report);
     }
     assert!(slid > 10, "the unloading ramp slides: {slid} points");
@@ -378,7 +378,7 @@ fn friction_is_that_of_each_point() {
         }
         laws_hold(&model, &report, reference.force.norm());
         beyond += usize::from(report.friction_use.is_some_and(|used| used * 0.7 > 0.15));
-        let slides = |i: usize| report.node_states[i] == NodeState::Slip;
+        let slides = |i: usize| report.node_states[i] == ContactState::Slip;
         for i in (0..30).filter(|i| slides(*i)) {
             let (f, mu) = (report.node_forces[i], model.friction()[i]);
             assert!((f.xy().norm() - mu * f.z).abs() < 1e-8 * reference.force.norm(), "tick {tick}, point {i}: {f}");
@@ -411,7 +411,7 @@ fn a_lifted_foot_feels_nothing_and_lands_as_a_new_one() {
     let report = estimator.report();
     assert_eq!(report.wrench, spatial::Wrench::zero());
     assert!(report.node_forces.iter().all(|f| *f == Vec3::zeros()));
-    assert!(report.node_states.iter().all(|state| *state == NodeState::Free));
+    assert!(report.node_states.iter().all(|state| *state == ContactState::Open));
     assert_eq!((report.twist, report.acceleration), (spatial::Twist::zero(), spatial::Twist::zero()));
     // Landing at once, without a lift, is landing all the same.
     let foothold = Foothold { x_m: 0.3, y_m: -0.1, yaw_rad: 0.4 };

@@ -1,7 +1,7 @@
 //! The base from measurements with noise, bias and delay.
 
 use crate::support::{Joints, PERIOD_S, Walk, model, robot, settings, walk};
-use multibody::{Model, Workspace, forward_kinematics_velocity};
+use multibody::{Model, Workspace, forward_kinematics, forward_kinematics_velocity};
 use nalgebra::DVector;
 use robot::Robot;
 use spatial::{Mat3, Transform, Vec3, so3};
@@ -74,12 +74,12 @@ fn sample(
     t_s: f64,
     random: &mut Random,
 ) -> (Mat3, Vec3) {
-    forward_kinematics_velocity(model, ws, &state.q, &state.v);
+    let moving = forward_kinematics_velocity(model, ws, &state.q, &state.v);
     let imu = model.frame("imu").expect("HRP-4 has one");
-    let rotation: Mat3 = ws.placement(model, imu).rotation;
+    let rotation: Mat3 = moving.pose(imu).rotation;
     let yaw = faults.yaw_offset_rad + faults.yaw_drift_rad_per_s * t_s;
     let turn = random.vector(faults.orientation_rad);
-    let w = ws.velocity(model, imu).angular;
+    let w = moving.velocity(imu).angular;
     let gyro = rotation.tr_mul(&w) + faults.gyro_bias_rad_per_s + random.vector(faults.gyro_rad_per_s);
     (so3::exp(&turn) * so3::about_z(yaw) * rotation, gyro)
 }
@@ -226,8 +226,8 @@ fn an_inertial_unit_that_is_mounted_turned_says_the_same_of_the_base() {
     turned.urdf = turned.urdf.replace(mount, other);
     let model = model(&turned, Joints::Walking);
     let mut ws = Workspace::new(&model);
-    forward_kinematics_velocity(&model, &mut ws, &model.neutral(), &DVector::zeros(model.nv()));
-    let rotation = ws.placement(&model, model.frame("imu").expect("it has one")).rotation;
+    let placed = forward_kinematics(&model, &mut ws, &model.neutral());
+    let rotation = placed.pose(model.frame("imu").expect("it has one")).rotation;
     assert!(so3::log(&rotation).norm() > 1.5, "the unit is turned");
     for yaw in [YawSource::Legs, YawSource::InertialUnit] {
         let plain = observe(NONE, yaw, true);

@@ -2,7 +2,7 @@
 
 use super::support::Walk;
 use gait::GaitSettings;
-use multibody::{InertiaCheck, JointIndex, Model, ModelOptions, Workspace, center_of_mass, forward_kinematics};
+use multibody::{InertiaCheck, JointIndex, Model, ModelOptions, Workspace, forward_kinematics};
 use spatial::Vec3;
 use std::path::Path;
 use toml::{Table, Value};
@@ -63,13 +63,13 @@ pub fn read(urdf: &Path, file: &Path) -> (String, Model, WholeBodySettings, Walk
         proposals.into_iter().filter(|p| p.verdict == Verdict::Proposed).map(|p| p.pair).collect();
     settings.posture = posture;
     let mut ws = Workspace::new(&model);
-    forward_kinematics(&model, &mut ws, &q);
-    let ankles = links.each_ref().map(|link| ws.placement(&model, model.frame(link).expect("a link")).translation);
+    let placed = forward_kinematics(&model, &mut ws, &q);
+    let ankles = links.each_ref().map(|link| placed.pose(model.frame(link).expect("a link")).translation);
     let mut gait =
         GaitSettings { walk: gait::Walk::Straight { swings: 4, step_length_m: 0.05 }, ..GaitSettings::default() };
     gait.body.mass_kg = Some(model.total_mass_kg());
     gait.body.ankle_height_m = Some(ankle_height_m);
-    gait.body.com_height_m = center_of_mass(&model, &ws).z - ankles[0].z + ankle_height_m;
+    gait.body.com_height_m = placed.center_of_mass().z - ankles[0].z + ankle_height_m;
     gait.sole =
         gait::SoleOutline { length_m: Some(length_m), width_m: Some(width_m), left_ankle_in_sole_m: Some([0.0, 0.0]) };
     gait.start.ankle_distance_m = ankles[0].y - ankles[1].y;

@@ -76,10 +76,10 @@ pub fn propose_pairs(
     let mut placed = Vec::with_capacity(capsules.len());
     let mut distances = vec![0.0; pairs.len()];
     let mut measure = |q: &Configuration, distances: &mut [f64]| {
-        forward_kinematics(model, &mut ws, q);
+        let robot = forward_kinematics(model, &mut ws, q);
         placed.clear();
         placed.extend(capsules.iter().zip(&frames).map(|(capsule, frame)| {
-            let X_WL = ws.placement(model, *frame);
+            let X_WL = robot.pose(*frame);
             Capsule { from: X_WL.point(&capsule.from_m), to: X_WL.point(&capsule.to_m), radius: capsule.radius_m }
         }));
         for (distance, [i, j]) in distances.iter_mut().zip(&pairs) {

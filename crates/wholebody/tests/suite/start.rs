@@ -1,7 +1,7 @@
 //! The configuration in which a walk starts.
 
 use crate::support::{Joints, Walk, model, robot, settings, start};
-use multibody::{Workspace, center_of_mass, forward_kinematics};
+use multibody::{Workspace, forward_kinematics};
 use nalgebra::DVector;
 use spatial::{Transform, Vec3, so3};
 use wholebody::{ConfigurationError, ConfigurationTargets, initial_configuration};
@@ -15,14 +15,14 @@ fn the_start_meets_its_targets_to_rounding_within_the_joint_limits() {
         let reference = Walk::straight(1).reference(0.0);
         let state = start(&model, &settings, &reference);
         let mut ws = Workspace::new(&model);
-        forward_kinematics(&model, &mut ws, &state.q);
-        assert!((center_of_mass(&model, &ws) - reference.com_position).norm() < 1e-10);
+        let placed = forward_kinematics(&model, &mut ws, &state.q);
+        assert!((placed.center_of_mass() - reference.com_position).norm() < 1e-10);
         for i in 0..2 {
-            let ankle = ws.placement(&model, model.frame(&settings.feet[i].ankle_link).expect("an ankle"));
+            let ankle = placed.pose(model.frame(&settings.feet[i].ankle_link).expect("an ankle"));
             assert!((ankle.translation - reference.feet[i].ankle_pose.translation).norm() < 1e-10);
             assert!((ankle.rotation - reference.feet[i].ankle_pose.rotation).norm() < 1e-10);
         }
-        let torso = ws.placement(&model, model.frame(&settings.torso_link).expect("a torso"));
+        let torso = placed.pose(model.frame(&settings.torso_link).expect("a torso"));
         assert!((torso.rotation - reference.torso_rotation).norm() < 1e-10);
         for (q, joint) in state.q.joints.iter().zip(model.joints()) {
             assert!(*q >= joint.limits.lower && *q <= joint.limits.upper, "{}", joint.name);

@@ -3,7 +3,7 @@
 use crate::door;
 use serde::Serialize;
 use sole::{
-    Cause, ContactReport, ContactStatus, ElementQuality, MeshQuality, NodeState, SoleModel, StanceReport, Status,
+    Cause, ContactReport, ContactState, ContactStatus, ElementQuality, MeshQuality, SoleModel, StanceReport, Status,
 };
 use spatial::{Mat6, Transform, Vec3, Wrench, so3};
 
@@ -98,13 +98,8 @@ fn triples(vectors: &[Vec3]) -> Vec<[f64; 3]> {
     vectors.iter().map(|v| (*v).into()).collect()
 }
 
-fn state_names(states: &[NodeState]) -> Vec<&'static str> {
-    let name = |state: &NodeState| match state {
-        NodeState::Free => "free",
-        NodeState::Stick => "stick",
-        NodeState::Slip => "slip",
-    };
-    states.iter().map(name).collect()
+fn state_names(states: &[ContactState]) -> Vec<&'static str> {
+    states.iter().map(|state| state.word()).collect()
 }
 
 pub(super) fn stance(report: &StanceReport, time_us: f64) -> TickOutput {
@@ -152,10 +147,9 @@ pub(super) fn contact(report: &ContactReport, pose: &Transform, model: &SoleMode
         ContactStatus::InvalidInput => "invalid-input",
     };
     let o = pose.translation;
-    let (force, moment) = (report.wrench.force, report.wrench.moment);
-    let about = moment + Vec3::new(0.0, 0.0, o.z).cross(&force);
-    let zmp = (force.z > 0.0).then(|| [o.x - about.y / force.z, o.y + about.x / force.z]);
-    let moment_z = zmp.map_or(0.0, |[x, y]| about.z - (x - o.x) * force.y + (y - o.y) * force.x);
+    let force = report.wrench.force;
+    let zmp = report.wrench.zmp(&o, 0.0);
+    let moment_z = zmp.map_or(0.0, |zmp| report.wrench.about(&(Vec3::new(zmp.x, zmp.y, 0.0) - o)).moment.z);
     let ankle = *pose * Transform::from_translation(model.ankle_in_sole_m());
     TickOutput {
         pose: pose_output(pose),
@@ -163,7 +157,7 @@ pub(super) fn contact(report: &ContactReport, pose: &Transform, model: &SoleMode
         velocity: None,
         acceleration: None,
         force: force.into(),
-        zmp,
+        zmp: zmp.map(Into::into),
         moment_z,
         node_positions: triples(&report.node_positions),
         node_forces: triples(&report.node_forces),
@@ -188,7 +182,7 @@ pub(super) fn in_air(pose: &Transform, model: &SoleModel, time_us: f64) -> TickO
         tangent: Mat6::zeros(),
         node_forces: vec![Vec3::zeros(); points.len()],
         node_positions: points.iter().map(|p| pose.point(p)).collect(),
-        node_states: vec![NodeState::Free; points.len()],
+        node_states: vec![ContactState::Open; points.len()],
         residual: 0.0,
         iterations: 0,
         friction_work_j: 0.0,

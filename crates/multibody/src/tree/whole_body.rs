@@ -1,11 +1,11 @@
 //! All that a whole-body controller needs, in one pass.
 
-use crate::coupling::coupled;
-use crate::crba::{in_base_axes, mass_matrix};
-use crate::jacobian::{classical, write_jacobian};
-use crate::kinematics::{bias_accelerations, tree_kinematics_velocity};
+use super::crba::{in_base_axes, write_mass_matrix};
+use super::jacobian::classical;
+use super::kinematics::{bias_accelerations, kinematics_velocity};
+use super::memory::Memory;
+use crate::model::{Base, Configuration, FrameIndex, Model};
 use crate::rigid::{RigidInertia, cross, cross_force, power, scale_add};
-use crate::{Base, Configuration, FrameIndex, Model, Workspace};
 use nalgebra::{DMatrix, DVector};
 use spatial::{Mat3, Transform, Twist, Vec3, Vec6, Wrench, so3};
 
@@ -24,7 +24,7 @@ pub struct FrameTerms {
     pub drift: Vec6,
 }
 
-/// Result of [`whole_body_terms`]. Entries that are zero for every configuration (a leg's joints do not move the other
+/// Result of [`whole_body_terms`](crate::whole_body_terms). Entries that are zero for every configuration (a leg's joints do not move the other
 /// leg) are set once, here, and never written again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WholeBodyTerms {
@@ -80,33 +80,9 @@ impl WholeBodyTerms {
     }
 }
 
-/// Fills `out` for a configuration and velocity.
-pub fn whole_body_terms(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    out: &mut WholeBodyTerms,
-) {
-    if let Some(coupling) = &model.coupling {
-        return coupled::whole_body_terms(coupling, model, ws, q, v, out);
-    }
-    tree_terms(model, ws, q, v, out);
-    for terms in &mut out.frames {
-        frame_terms(model, ws, terms);
-        write_jacobian(model, ws, terms.frame, &mut terms.jacobian);
-    }
-}
-
 /// All but the frames, in the coordinates of the tree.
-pub(crate) fn tree_terms(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    out: &mut WholeBodyTerms,
-) {
-    tree_kinematics_velocity(model, ws, q, v);
+pub(crate) fn terms(model: &Model, ws: &mut Memory, q: &Configuration, v: &DVector<f64>, out: &mut WholeBodyTerms) {
+    kinematics_velocity(model, ws, q, v);
     bias_accelerations(model, ws, v, against_gravity(model));
     for (body, ((motion, inertia), force)) in
         model.bodies.iter().zip(ws.motion.iter().zip(&mut ws.inertia).zip(&mut ws.force))
@@ -127,12 +103,12 @@ pub(crate) fn tree_terms(
         parent.moment += force.moment;
     }
     let R_WB = ws.motion[0].placement.rotation;
-    mass_matrix(model, &ws.motion, &ws.inertia, &mut ws.axis_force, Some(&R_WB), &mut out.mass_matrix);
+    write_mass_matrix(model, &ws.motion, &ws.inertia, &mut ws.axis_force, Some(&R_WB), &mut out.mass_matrix);
     centroidal(model, ws, v, out);
 }
 
-/// All of a frame but its Jacobian, after [`tree_terms`].
-pub(crate) fn frame_terms(model: &Model, ws: &Workspace, terms: &mut FrameTerms) {
+/// All of a frame but its Jacobian, after [`terms`].
+pub(crate) fn frame_terms(model: &Model, ws: &Memory, terms: &mut FrameTerms) {
     let motion = &ws.motion[model.frames()[terms.frame.0].body];
     let p_OF = ws.frame_position(model, terms.frame);
     terms.placement = ws.placement(model, terms.frame);
@@ -142,7 +118,7 @@ pub(crate) fn frame_terms(model: &Model, ws: &Workspace, terms: &mut FrameTerms)
 }
 
 /// Centre of mass and momentum from composite inertias, axis forces and summed forces.
-fn centroidal(model: &Model, ws: &Workspace, v: &DVector<f64>, out: &mut WholeBodyTerms) {
+fn centroidal(model: &Model, ws: &Memory, v: &DVector<f64>, out: &mut WholeBodyTerms) {
     let total = &ws.inertia[0];
     let R_WB = ws.motion[0].placement.rotation;
     let per_mass = model.per_mass();

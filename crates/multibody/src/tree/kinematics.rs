@@ -1,9 +1,8 @@
-//! Forward kinematics.
+//! Placements and velocities of the tree's bodies.
 
-use crate::coupling::coupled;
+use super::memory::{BodyMotion, Memory};
+use crate::model::{Base, Configuration, JointMotion, Model};
 use crate::rigid::{cross, cross_motion, product, rotate, rotate_add, scale_add, scaled_add, turned_about_z};
-use crate::workspace::BodyMotion;
-use crate::{Base, Configuration, JointMotion, Model, Workspace};
 use nalgebra::DVector;
 use spatial::{Mat3, Transform, Twist, Vec3};
 use wide::f64x4;
@@ -11,16 +10,8 @@ use wide::f64x4;
 /// Angles up to this (rad) are reduced exactly enough by the vectorised sine; larger ones go through the standard library.
 const VECTORISED_MAX_RAD: f64 = 1e3;
 
-/// Placements of all bodies. Afterwards [`Workspace::placement`] answers for every frame.
-pub fn forward_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
-    match &model.coupling {
-        None => tree_kinematics(model, ws, q),
-        Some(coupling) => coupled::kinematics(coupling, model, ws, q),
-    }
-}
-
-/// [`forward_kinematics`] in the coordinates of the tree.
-pub(crate) fn tree_kinematics(model: &Model, ws: &mut Workspace, q: &Configuration) {
+/// Placements of all bodies.
+pub(crate) fn kinematics(model: &Model, ws: &mut Memory, q: &Configuration) {
     sines(&mut ws.sines, q);
     ws.origin = q.base.translation;
     place(model, &ws.sines, &mut ws.motion, &q.base.rotation, q);
@@ -72,19 +63,10 @@ pub(crate) fn sines(sines: &mut [(f64, f64)], q: &Configuration) {
     }
 }
 
-/// Placements and velocities of all bodies. Afterwards [`Workspace::placement`] and [`Workspace::velocity`] answer for
-/// every frame.
-pub fn forward_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
-    match &model.coupling {
-        None => tree_kinematics_velocity(model, ws, q, v),
-        Some(coupling) => coupled::kinematics_velocity(coupling, model, ws, q, v),
-    }
-}
-
-/// [`forward_kinematics_velocity`] in the coordinates of the tree.
-pub(crate) fn tree_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
+/// Placements and velocities of all bodies.
+pub(crate) fn kinematics_velocity(model: &Model, ws: &mut Memory, q: &Configuration, v: &DVector<f64>) {
     assert_eq!(v.len(), model.tree_dofs(), "velocities");
-    tree_kinematics(model, ws, q);
+    kinematics(model, ws, q);
     ws.motion[0].v = base_motion(model, ws, v);
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate().skip(1) {
@@ -94,8 +76,8 @@ pub(crate) fn tree_kinematics_velocity(model: &Model, ws: &mut Workspace, q: &Co
     }
 }
 
-/// Spatial accelerations of all bodies when `vd = 0`, the base's given, after [`tree_kinematics_velocity`].
-pub(crate) fn bias_accelerations(model: &Model, ws: &mut Workspace, v: &DVector<f64>, base: Twist) {
+/// Spatial accelerations of all bodies when `vd = 0`, the base's given, after [`kinematics_velocity`].
+pub(crate) fn bias_accelerations(model: &Model, ws: &mut Memory, v: &DVector<f64>, base: Twist) {
     ws.motion[0].a = base;
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate().skip(1) {
@@ -106,7 +88,7 @@ pub(crate) fn bias_accelerations(model: &Model, ws: &mut Workspace, v: &DVector<
 }
 
 /// The base's twist in world axes from the first six entries of `v`.
-pub(crate) fn base_motion(model: &Model, ws: &Workspace, v: &DVector<f64>) -> Twist {
+pub(crate) fn base_motion(model: &Model, ws: &Memory, v: &DVector<f64>) -> Twist {
     match model.base() {
         Base::Fixed => Twist::zero(),
         Base::Floating => {
@@ -119,9 +101,8 @@ pub(crate) fn base_motion(model: &Model, ws: &Workspace, v: &DVector<f64>) -> Tw
     }
 }
 
-/// Centre of mass `p_WG` (m) after forward kinematics.
-#[must_use]
-pub fn center_of_mass(model: &Model, ws: &Workspace) -> Vec3 {
+/// Centre of mass `p_WG` (m) after [`kinematics`].
+pub(crate) fn center_of_mass(model: &Model, ws: &Memory) -> Vec3 {
     let first_moment: Vec3 = model
         .bodies
         .iter()
@@ -151,7 +132,7 @@ mod tests {
                ixz="0" iyz="0"/></inertial></link>{joints}</robot>"#
         );
         let model = Model::from_urdf(&text, &ModelOptions::default()).unwrap();
-        let mut ws = Workspace::new(&model);
+        let mut ws = Memory::new(&model);
         let mut q = model.neutral();
         for k in 0..40_000 {
             let scale = [1e-9, 1.0, 7.0, 900.0, 1.1e3, 1e9, 1e15][k % 7];

@@ -4,46 +4,17 @@
 //! is its body's z axis, projecting on the axis costs nothing. The base's entries come out in base axes, as `v` wants them.
 //! Accelerations are those of the frame origins as seen by a resting observer ("classical"), so that a force is `m a`.
 
-use crate::coupling::coupled;
-use crate::kinematics::{sines, tree_kinematics};
+use super::kinematics::{kinematics, sines};
+use super::memory::{Memory, Newton};
+use crate::model::{Base, Configuration, FrameIndex, JointMotion, Model};
 use crate::rigid::{cross, cross_add, fma, rotate, rotate_add, turned_about_z, unrotate};
-use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace};
 use nalgebra::DVector;
-use spatial::{Mat3, Transform, Vec3, Wrench};
+use spatial::{Mat3, Vec3, Wrench};
 
-/// `out = M(q) a + h(q, v)`: the generalised force that makes the robot accelerate with `a`.
-pub fn rnea(
+/// `out = M(q) a + h(q, v) - sum J' F`; the wrenches act about the origins of their frames, in world axes.
+pub(crate) fn inverse_dynamics(
     model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    a: &DVector<f64>,
-    out: &mut DVector<f64>,
-) {
-    rnea_with_external(model, ws, q, v, a, &[], out);
-}
-
-/// `out = M(q) a + h(q, v) - sum J' F`: as [`rnea`] while external wrenches act, each about the origin of its frame in
-/// world axes.
-pub fn rnea_with_external(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    a: &DVector<f64>,
-    external: &[(FrameIndex, Wrench)],
-    out: &mut DVector<f64>,
-) {
-    match &model.coupling {
-        None => tree_forces(model, ws, q, v, a, external, out),
-        Some(coupling) => coupled::inverse_dynamics(coupling, model, ws, q, v, a, external, out),
-    }
-}
-
-/// [`rnea_with_external`] in the coordinates of the tree.
-pub(crate) fn tree_forces(
-    model: &Model,
-    ws: &mut Workspace,
+    ws: &mut Memory,
     q: &Configuration,
     v: &DVector<f64>,
     a: &DVector<f64>,
@@ -53,7 +24,7 @@ pub(crate) fn tree_forces(
     assert_eq!(a.len(), model.tree_dofs(), "accelerations");
     forces::<true>(model, ws, q, v, a);
     if !external.is_empty() {
-        tree_kinematics(model, ws, q);
+        kinematics(model, ws, q);
         for (frame, wrench) in external {
             let (body, force, moment) = ws.in_body(model, *frame, wrench);
             ws.newton[body].force -= force;
@@ -67,62 +38,21 @@ pub(crate) fn tree_forces(
     }
 }
 
-/// `out = h(q, v)`: Coriolis, centrifugal and gravity forces.
-pub fn bias_forces(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>, out: &mut DVector<f64>) {
-    match &model.coupling {
-        None => tree_bias_forces(model, ws, q, v, out),
-        Some(coupling) => coupled::bias_forces(coupling, model, ws, q, v, out),
-    }
-}
-
-/// [`bias_forces`] in the coordinates of the tree.
-pub(crate) fn tree_bias_forces(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    out: &mut DVector<f64>,
-) {
+/// `out = h(q, v)`.
+pub(crate) fn bias_forces(model: &Model, ws: &mut Memory, q: &Configuration, v: &DVector<f64>, out: &mut DVector<f64>) {
     forces::<false>(model, ws, q, v, v);
     gather(model, ws, out);
 }
 
-/// `out = h(q, 0)`: what holds the robot still.
-pub fn gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
-    match &model.coupling {
-        None => tree_gravity_forces(model, ws, q, out),
-        Some(coupling) => coupled::gravity_forces(coupling, model, ws, q, out),
-    }
-}
-
-/// [`gravity_forces`] in the coordinates of the tree.
-pub(crate) fn tree_gravity_forces(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DVector<f64>) {
+/// `out = h(q, 0)`.
+pub(crate) fn gravity_forces(model: &Model, ws: &mut Memory, q: &Configuration, out: &mut DVector<f64>) {
     out.as_mut_slice().fill(0.0);
     // The output is the zero velocity until the forces replace it.
     forces::<false>(model, ws, q, out, out);
     gather(model, ws, out);
 }
 
-/// What the recursion keeps per body, in the body's frame.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Newton {
-    /// Pose of the body in its parent.
-    pub placement: Transform,
-    pub w: Vec3,
-    pub wd: Vec3,
-    /// Acceleration of the frame's origin, gravity subtracted.
-    pub acceleration: Vec3,
-    pub force: Vec3,
-    /// About the frame's origin.
-    pub moment: Vec3,
-}
-
 impl Newton {
-    pub fn new() -> Self {
-        let zero = Vec3::zeros();
-        Self { placement: Transform::identity(), w: zero, wd: zero, acceleration: zero, force: zero, moment: zero }
-    }
-
     /// `[wd] + [w][w]`: a point at `r` of this body accelerates with `acceleration + turning() r`.
     #[inline(always)]
     fn turning(&self) -> Mat3 {
@@ -145,7 +75,7 @@ impl Newton {
 /// Newton's and Euler's equations of every body; with `ACCELERATED = false` all of `a` counts as zero.
 fn forces<const ACCELERATED: bool>(
     model: &Model,
-    ws: &mut Workspace,
+    ws: &mut Memory,
     q: &Configuration,
     v: &DVector<f64>,
     a: &DVector<f64>,
@@ -210,7 +140,7 @@ fn forces<const ACCELERATED: bool>(
 }
 
 /// Sums forces towards the base and projects them on the joints.
-fn gather(model: &Model, ws: &mut Workspace, out: &mut DVector<f64>) {
+fn gather(model: &Model, ws: &mut Memory, out: &mut DVector<f64>) {
     assert_eq!(out.len(), model.tree_dofs(), "generalised forces");
     let base_dofs = model.base_dofs();
     for (i, body) in model.bodies.iter().enumerate().skip(1).rev() {

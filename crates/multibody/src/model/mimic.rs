@@ -1,8 +1,8 @@
 //! Which joints move freely, which follow others (`<mimic>`), and which are held.
 
-use crate::error::nearest;
+use super::joint::{Follower, Joint};
+use crate::error::{Item, ModelError, nearest};
 use crate::urdf::{self, Kind, Tree};
-use crate::{Follower, Item, Joint, ModelError};
 use std::collections::HashMap;
 
 /// No coupling is steeper than this (rad/rad, m/rad, rad/m): larger numbers are wrong units.

@@ -13,42 +13,12 @@
 //! The two branches left (knee forward or backward, leg up or down) are fixed: the knee bends forward (`q4 >= 0`), the hip is
 //! above the foot. References: Pieper (1968); Kajita et al., *Introduction to Humanoid Robotics* (2014), section 2.5.
 
-use crate::{FrameIndex, JointIndex, Model, Workspace, forward_kinematics, frame_jacobian};
+use super::{LegAngles, LegError};
+use crate::algorithms::forward_kinematics;
+use crate::model::{FrameIndex, JointIndex, Model};
+use crate::workspace::Workspace;
 use nalgebra::DMatrix;
 use spatial::{Transform, Vec3};
-
-/// A leg that is not of the known shape: the closed form does not hold for it.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum LegError {
-    /// A joint axis is not where the closed form needs it.
-    #[error("joint {joint} turns about {found:?} at zero angles, {expected:?} is expected (base axes)")]
-    Axis {
-        /// Name of the joint.
-        joint: String,
-        /// Axis the closed form needs.
-        expected: [f64; 3],
-        /// Axis of the model.
-        found: [f64; 3],
-    },
-    /// Hip axes or ankle axes do not meet, or the knee is not straight below the hip.
-    #[error("joint {joint}: {relation} is off by {distance_m} m")]
-    Offset {
-        /// Name of the joint.
-        joint: String,
-        /// What does not hold.
-        relation: &'static str,
-        /// By how much (m).
-        distance_m: f64,
-    },
-    /// The foot link's axes are not parallel to the base at zero angles.
-    #[error("frame {frame} is turned against the base by {angle_rad} rad at zero angles")]
-    Foot {
-        /// Name of the frame.
-        frame: String,
-        /// Angle (rad).
-        angle_rad: f64,
-    },
-}
 
 /// Models are written with at most this rounding of lengths and directions (m, 1).
 const ROUNDED_MODEL: f64 = 1e-6;
@@ -66,15 +36,6 @@ pub struct LegGeometry {
     pub shank_m: f64,
 }
 
-/// Joint angles and whether the pose was within reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LegAngles {
-    /// Hip yaw, roll, pitch, knee, ankle pitch, roll (rad).
-    pub joints_rad: [f64; 6],
-    /// How much longer (or, negative, shorter) than possible the leg would have to be (m); 0 = the pose is met exactly.
-    pub out_of_reach_m: f64,
-}
-
 impl LegGeometry {
     /// Reads the lengths off a model: where each axis lies follows from the Jacobian of the ankle at zero angles.
     ///
@@ -84,14 +45,14 @@ impl LegGeometry {
         let mut ws = Workspace::new(model);
         let mut q = model.neutral();
         q.joints.fill(0.0);
-        forward_kinematics(model, &mut ws, &q);
-        let X_BA = ws.placement(model, model.base_frame()).inverse() * ws.placement(model, ankle);
+        let mut placed = forward_kinematics(model, &mut ws, &q);
+        let X_BA = placed.pose(model.base_frame()).inverse() * placed.pose(ankle);
         let angle_rad = spatial::so3::log(&X_BA.rotation).norm();
         if angle_rad > ROUNDED_MODEL {
             return Err(LegError::Foot { frame: model.frames()[ankle.0].name.clone(), angle_rad });
         }
         let mut J = DMatrix::zeros(6, model.nv());
-        frame_jacobian(model, &mut ws, ankle, &mut J);
+        placed.jacobian(ankle, &mut J);
         let name = |i: usize| model.joints()[joints[i].0].name.clone();
         // Column of a joint: its axis w, and w x r with r from the axis to the ankle.
         let axes = [Vec3::z(), Vec3::x(), Vec3::y(), Vec3::y(), Vec3::y(), Vec3::x()];
@@ -152,6 +113,13 @@ impl LegGeometry {
         let q2 = m[(2, 1)].atan2(m[(2, 0)].hypot(m[(2, 2)]));
         let q3 = (-m[(2, 0)]).atan2(m[(2, 2)]);
         LegAngles { joints_rad: [q1, q2, q3, q4, q5, q6], out_of_reach_m: reach - within }
+    }
+
+    /// Distance from hip to ankle with the knee at an angle (rad) (m).
+    #[must_use]
+    pub fn length_m(&self, knee_rad: f64) -> f64 {
+        let knee_to_hip = Vec3::new(0.0, self.knee_offset_m, -self.thigh_m);
+        (knee_to_hip + spatial::so3::about_y(knee_rad) * Vec3::new(0.0, 0.0, -self.shank_m)).norm()
     }
 
     /// Foot pose in the base frame at the given angles (rad).

@@ -1,30 +1,21 @@
 //! Jacobians and drifts of frames and of the centre of mass.
 
-use crate::coupling::coupled;
-use crate::crba::composite_inertias;
+use super::crba::composite_inertias;
+use super::memory::Memory;
+use crate::model::{Base, FrameIndex, Model};
 use crate::rigid::{cross_add, cross_motion, scaled_add};
-use crate::{Base, FrameIndex, Model, Workspace};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use spatial::{Mat3, Vec3, Vec6, so3};
 
-/// `out = J`: `[velocity of the frame's origin; angular velocity] = J v`, world axes, after forward
-/// kinematics.
-pub fn frame_jacobian(model: &Model, ws: &mut Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
-    match &model.coupling {
-        None => tree_jacobian(model, ws, frame, out),
-        Some(coupling) => coupled::jacobian(coupling, model, ws, frame, out),
-    }
-}
-
-/// [`frame_jacobian`] in the coordinates of the tree.
-pub(crate) fn tree_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
+/// `out = J` of a frame, after [`kinematics`](super::kinematics::kinematics).
+pub(crate) fn jacobian(model: &Model, ws: &Memory, frame: FrameIndex, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (6, model.tree_dofs()), "Jacobian");
     out.as_mut_slice().fill(0.0);
     write_jacobian(model, ws, frame, out);
 }
 
 /// The structurally non-zero columns of a frame's Jacobian on the tree; the others are not touched.
-pub(crate) fn write_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, out: &mut DMatrix<f64>) {
+pub(crate) fn write_jacobian(model: &Model, ws: &Memory, frame: FrameIndex, out: &mut DMatrix<f64>) {
     let p_OF = ws.frame_position(model, frame);
     let base_dofs = model.base_dofs();
     let j = out.as_mut_slice();
@@ -45,22 +36,8 @@ pub(crate) fn write_jacobian(model: &Model, ws: &Workspace, frame: FrameIndex, o
     }
 }
 
-/// `Jdot v`: acceleration of a frame's origin and its angular acceleration when `vd = 0`, world axes, after
-/// [`forward_kinematics_velocity`](crate::forward_kinematics_velocity) with the same `v`.
-#[must_use]
-pub fn frame_drift(model: &Model, ws: &Workspace, frame: FrameIndex, v: &DVector<f64>) -> Vec6 {
-    assert_eq!(v.len(), model.nv(), "velocities");
-    match &model.coupling {
-        None => drift(model, ws, frame, |body| v[model.base_dofs() + body - 1]),
-        Some(coupling) => drift(model, ws, frame, |body| {
-            let law = coupling.law(body);
-            law.multiplier * v[law.column]
-        }),
-    }
-}
-
 /// `Jdot v` from the rate of each body's joint.
-fn drift(model: &Model, ws: &Workspace, frame: FrameIndex, rate: impl Fn(usize) -> f64) -> Vec6 {
+pub(crate) fn drift(model: &Model, ws: &Memory, frame: FrameIndex, rate: impl Fn(usize) -> f64) -> Vec6 {
     let mut i = model.frames()[frame.0].body;
     let twist = ws.motion[i].v;
     let mut a = spatial::Twist::zero();
@@ -78,17 +55,8 @@ pub(crate) fn classical(a: &spatial::Twist, v: &spatial::Twist, p: &Vec3) -> spa
     spatial::Twist { linear: at_point.linear + v.angular.cross(&v.at(p).linear), angular: at_point.angular }
 }
 
-/// `out = Jcom` (3 x nv): `velocity of the centre of mass = Jcom v`, world axes, after forward
-/// kinematics.
-pub fn com_jacobian(model: &Model, ws: &mut Workspace, out: &mut DMatrix<f64>) {
-    match &model.coupling {
-        None => tree_com_jacobian(model, ws, out),
-        Some(coupling) => coupled::com_jacobian(coupling, model, ws, out),
-    }
-}
-
-/// [`com_jacobian`] in the coordinates of the tree.
-pub(crate) fn tree_com_jacobian(model: &Model, ws: &mut Workspace, out: &mut DMatrix<f64>) {
+/// `out = Jcom`, after [`kinematics`](super::kinematics::kinematics).
+pub(crate) fn com_jacobian(model: &Model, ws: &mut Memory, out: &mut DMatrix<f64>) {
     assert_eq!(out.shape(), (3, model.tree_dofs()), "Jacobian of the centre of mass");
     composite_inertias(model, &ws.motion, &mut ws.inertia);
     let per_mass = model.per_mass();

@@ -11,9 +11,8 @@
 //! `S` has one entry per row, 1 or a multiplier, and is constant; therefore drifts, `Jdot v`, are those of the tree. It follows
 //! from the principle of virtual power: what couples the joints does no work.
 
-pub(crate) mod coupled;
-
-use crate::{Configuration, MassFactor, Model, WholeBodyTerms};
+use super::body::Body;
+use super::configuration::Configuration;
 use nalgebra::{DMatrix, DVector};
 
 /// One row of `S`, of a joint at `multiplier * q[column] + offset`.
@@ -59,12 +58,6 @@ impl Coupling {
         }
     }
 
-    /// Both into the memory of the tree.
-    pub fn spread_state(&self, q: &Configuration, v: &DVector<f64>, tree: &mut TreeMemory) {
-        self.spread_configuration(q, &mut tree.q);
-        self.spread(v, &mut tree.v);
-    }
-
     /// What moves a body against its parent.
     pub fn law(&self, body: usize) -> &Law {
         &self.laws[self.base_dofs + body - 1]
@@ -91,7 +84,7 @@ impl Coupling {
     }
 
     /// `out = S' tree S` for the tree's M, of which only what is structurally not zero is read.
-    pub fn collect_both(&self, model: &Model, tree: &DMatrix<f64>, out: &mut DMatrix<f64>) {
+    pub fn collect_both(&self, bodies: &[Body], tree: &DMatrix<f64>, out: &mut DMatrix<f64>) {
         let (n, nv) = (self.laws.len(), self.nv);
         assert_eq!((tree.shape(), out.shape()), ((n, n), (nv, nv)), "mass matrix");
         let (from, to) = (tree.as_slice(), out.as_mut_slice());
@@ -107,44 +100,14 @@ impl Coupling {
         for row in 0..self.base_dofs {
             (0..=row).for_each(|column| add(row, column));
         }
-        for body in 1..model.bodies.len() {
+        for body in 1..bodies.len() {
             let row = self.base_dofs + body - 1;
             (0..self.base_dofs).for_each(|column| add(row, column));
             let mut above = body;
             while above > 0 {
                 add(row, self.base_dofs + above - 1);
-                above = model.bodies[above].parent;
+                above = bodies[above].parent;
             }
-        }
-    }
-}
-
-/// Memory for the tree's coordinates, and for the forward dynamics that go through M.
-#[derive(Debug, Clone)]
-pub(crate) struct TreeMemory {
-    pub q: Configuration,
-    pub v: DVector<f64>,
-    pub a: DVector<f64>,
-    pub terms: WholeBodyTerms,
-    pub jacobian: DMatrix<f64>,
-    /// In the robot's coordinates, from here on.
-    pub mass_matrix: DMatrix<f64>,
-    pub factor: MassFactor,
-    pub residual: DVector<f64>,
-}
-
-impl TreeMemory {
-    pub fn new(model: &Model) -> Self {
-        let (nv, tree) = (model.nv(), model.tree_dofs());
-        Self {
-            q: Configuration { joints: DVector::zeros(tree - model.base_dofs()), ..model.neutral() },
-            v: DVector::zeros(tree),
-            a: DVector::zeros(tree),
-            terms: WholeBodyTerms::with_columns(tree, &[]),
-            jacobian: DMatrix::zeros(6, tree),
-            mass_matrix: DMatrix::zeros(nv, nv),
-            factor: MassFactor::new(model),
-            residual: DVector::zeros(nv),
         }
     }
 }

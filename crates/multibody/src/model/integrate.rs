@@ -1,17 +1,8 @@
-//! The configuration manifold: SE(3) for the base, the reals for every joint.
+//! Steps on the configuration manifold.
 
-use crate::{Base, Model};
+use super::{Base, Configuration, Model};
 use nalgebra::DVector;
 use spatial::{Transform, Vec3, so3};
-
-/// Where the robot is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Configuration {
-    /// Pose `X_WB` of the base.
-    pub base: Transform,
-    /// Joint positions (rad, m) in the order of [`Model::joints`].
-    pub joints: DVector<f64>,
-}
 
 impl Model {
     /// `out = q (+) dv`: the base moves by the SE(3) exponential of the body twist in the first six entries, the joints

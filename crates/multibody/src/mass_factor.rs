@@ -6,7 +6,7 @@
 //! of elimination trees in sparse factorization*, SIAM J. Matrix Anal. Appl. 11 (1990)) takes the robot's place. Without
 //! followers it is the robot's own tree.
 
-use crate::Model;
+use crate::model::Model;
 use nalgebra::{DMatrix, DVector};
 
 /// The factor `L` of a mass matrix, and the memory for it.

@@ -1,30 +1,21 @@
 //! Mass matrix by the composite-rigid-body algorithm (Featherstone 2008, table 6.2).
 
-use crate::coupling::coupled;
-use crate::kinematics::{place, sines};
+use super::kinematics::{place, sines};
+use super::memory::{BodyMotion, Memory};
+use crate::model::{Base, Configuration, Model};
 use crate::rigid::{RigidInertia, power, unrotate};
-use crate::workspace::BodyMotion;
-use crate::{Base, Configuration, Model, Workspace};
 use nalgebra::DMatrix;
 use spatial::{Mat3, Wrench, so3};
 
-/// `out = M(q)`, full and symmetric, nv x nv.
-pub fn crba(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMatrix<f64>) {
-    match &model.coupling {
-        None => tree_mass_matrix(model, ws, q, out),
-        Some(coupling) => coupled::mass_matrix(coupling, model, ws, q, out),
-    }
-}
-
-/// [`crba`] in the coordinates of the tree.
-pub(crate) fn tree_mass_matrix(model: &Model, ws: &mut Workspace, q: &Configuration, out: &mut DMatrix<f64>) {
+/// `out = M(q)`, full and symmetric.
+pub(crate) fn mass_matrix(model: &Model, ws: &mut Memory, q: &Configuration, out: &mut DMatrix<f64>) {
     // M does not depend on where the base is: in base axes its rows for the base need no rotation. The world's kinematics,
     // which the caller may still want to ask for, are left alone.
     sines(&mut ws.sines, q);
     place(model, &ws.sines, &mut ws.motion_in_base, &Mat3::identity(), q);
     out.as_mut_slice().fill(0.0);
     composite_inertias(model, &ws.motion_in_base, &mut ws.inertia);
-    mass_matrix(model, &ws.motion_in_base, &ws.inertia, &mut ws.axis_force, None, out);
+    write_mass_matrix(model, &ws.motion_in_base, &ws.inertia, &mut ws.axis_force, None, out);
 }
 
 /// Inertia of every body together with all bodies below it.
@@ -40,7 +31,7 @@ pub(crate) fn composite_inertias(model: &Model, motions: &[BodyMotion], inertias
 
 /// The structurally non-zero entries of the tree's M from composite inertias; the others are not touched. `R_WB` is the base's
 /// rotation in the axes of the kinematics, `None` if those are the base's own.
-pub(crate) fn mass_matrix(
+pub(crate) fn write_mass_matrix(
     model: &Model,
     motions: &[BodyMotion],
     composites: &[RigidInertia],

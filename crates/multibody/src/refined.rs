@@ -1,6 +1,8 @@
 //! Forward dynamics with a check of its own accuracy.
 
-use crate::{Configuration, Model, Workspace, aba, rnea};
+use crate::algorithms::{aba, rnea};
+use crate::model::{Configuration, Model};
+use crate::workspace::Workspace;
 use nalgebra::DVector;
 
 /// [`aba`], improved by one step of iterative refinement, `out = vd + M^-1 (tau - rnea(vd))`. Returns what the step changed:

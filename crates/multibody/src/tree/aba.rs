@@ -3,53 +3,33 @@
 //! The apparent inertia `D` at a joint is a difference of nearly equal numbers when a light hand hangs on a long arm. In the
 //! bodies' own frames nothing larger than the hand enters it, and since every joint axis is its body's z axis, the column
 //! `U` of the articulated inertia is read off instead of computed. Joints that follow others cannot be freed one by one:
-//! robots that have them are solved through M, in `coupling`.
+//! robots that have them are solved through M, in `coupled`.
 
-use crate::coupling::coupled;
-use crate::kinematics::{sines, tree_kinematics};
+use super::kinematics::{kinematics, sines};
+use super::memory::{Articulated, ArticulatedInertia, Memory};
+use crate::model::{Base, Configuration, FrameIndex, JointMotion, Model};
 use crate::rigid::{
     Symmetric, cross, cross_add, dot, fma, product, rotate, rotate_add, scale_add, turned_about_z, unrotate,
 };
-use crate::{Base, Configuration, FrameIndex, JointMotion, Model, Workspace};
 use nalgebra::DVector;
 use spatial::{Mat3, Mat6, Transform, Vec3, Vec6, Wrench};
 
-/// `out = M(q)^-1 (tau - h(q, v))`: the accelerations that generalised forces cause.
-///
-/// Every movable joint must carry mass or have a rotor inertia ([`Model::massless_joint`] is `None`); where it does not,
-/// its acceleration is not defined. Where M is nearly singular digits are lost; [`aba_refined`](crate::aba_refined) tells
-/// how many. Robots with [followers](Model::followers) go through M instead; if that is not positive definite, all is NaN.
-pub fn aba(
+/// `out = M(q)^-1 (tau + sum J' F - h(q, v))`; the wrenches act about the origins of their frames, in world axes.
+pub(crate) fn forward_dynamics(
     model: &Model,
-    ws: &mut Workspace,
-    q: &Configuration,
-    v: &DVector<f64>,
-    tau: &DVector<f64>,
-    out: &mut DVector<f64>,
-) {
-    aba_with_external(model, ws, q, v, tau, &[], out);
-}
-
-/// `out = M(q)^-1 (tau + sum J' F - h(q, v))`: as [`aba`] while external wrenches act, each about the origin of its frame
-/// in world axes.
-pub fn aba_with_external(
-    model: &Model,
-    ws: &mut Workspace,
+    ws: &mut Memory,
     q: &Configuration,
     v: &DVector<f64>,
     tau: &DVector<f64>,
     external: &[(FrameIndex, Wrench)],
     out: &mut DVector<f64>,
 ) {
-    if let Some(coupling) = &model.coupling {
-        return coupled::forward_dynamics(coupling, model, ws, q, v, tau, external, out);
-    }
     assert_eq!(v.len(), model.nv(), "velocities");
     assert_eq!((tau.len(), out.len()), (model.nv(), model.nv()), "generalised forces and accelerations");
     let base_dofs = model.base_dofs();
     velocities(model, ws, q, v);
     if !external.is_empty() {
-        tree_kinematics(model, ws, q);
+        kinematics(model, ws, q);
         for (frame, wrench) in external {
             let (body, force, moment) = ws.in_body(model, *frame, wrench);
             ws.articulated[body].force -= force;
@@ -81,14 +61,6 @@ pub fn aba_with_external(
         let (acceleration, wd) = (parent.acceleration, parent.wd);
         out[base_dofs + i - 1] = ws.articulated[i].follow(body.motion, &acceleration, &wd);
     }
-}
-
-/// `[force; moment] = [mass, coupling; coupling', rotational] [acceleration; angular acceleration]` at the body's origin.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct ArticulatedInertia {
-    mass: Symmetric,
-    coupling: Mat3,
-    rotational: Symmetric,
 }
 
 impl ArticulatedInertia {
@@ -132,32 +104,6 @@ impl ArticulatedInertia {
         m.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.rotational.full());
         m
     }
-}
-
-/// What the recursion keeps per body, in the body's frame.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Articulated {
-    /// Pose of the body in its parent.
-    placement: Transform,
-    /// Velocity of the frame's origin and angular velocity.
-    v: Vec3,
-    w: Vec3,
-    inertia: ArticulatedInertia,
-    /// Wrench on the articulated body when it does not accelerate.
-    force: Vec3,
-    moment: Vec3,
-    /// Acceleration caused by the joint's rate alone.
-    c_linear: Vec3,
-    c_angular: Vec3,
-    /// Column of the articulated inertia for the joint.
-    u_force: Vec3,
-    u_moment: Vec3,
-    /// Apparent inertia at the joint.
-    d: f64,
-    /// Joint force left over.
-    rest: f64,
-    acceleration: Vec3,
-    wd: Vec3,
 }
 
 impl Articulated {
@@ -225,7 +171,7 @@ impl Articulated {
 }
 
 /// Velocities, rigid inertias and velocity-product wrenches of all bodies.
-fn velocities(model: &Model, ws: &mut Workspace, q: &Configuration, v: &DVector<f64>) {
+fn velocities(model: &Model, ws: &mut Memory, q: &Configuration, v: &DVector<f64>) {
     sines(&mut ws.sines, q);
     let rates = &v.as_slice()[model.base_dofs()..];
     for (i, body) in model.bodies.iter().enumerate() {
