@@ -8,7 +8,7 @@
 
 mod settings;
 
-pub use settings::{RecorderSettings, SettingsError, UnusableRobot};
+pub use settings::{RecorderSettings, UnusableRobot};
 
 use messages::code::{Process, Reason};
 use messages::{Health, Message, PatternHeader, PatternPhase, SoleContact, Topic, Truth};

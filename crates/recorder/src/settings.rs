@@ -1,6 +1,7 @@
 //! `config/recorder.toml`, where every key is documented, and what is read with it.
 
 use lateness::RightsSettings;
+use ranges::{OutOfRange, Range};
 use recording::{Follower, Link, RunInfo, ViewerSettings};
 use robot::{Robot, RobotError};
 use robot_model::{Motion, RobotModelError};
@@ -63,25 +64,6 @@ pub struct RecorderSettings {
     pub real_time: RightsSettings,
 }
 
-/// A setting is out of its range.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum SettingsError {
-    /// The flush period.
-    #[error("flush_period_s = {found}: must be between 0.01 and 60")]
-    FlushPeriod {
-        /// In the file.
-        found: f64,
-    },
-    /// A stride.
-    #[error("{key} = {found}: must be at least 1")]
-    Stride {
-        /// Which key.
-        key: &'static str,
-        /// In the file.
-        found: i64,
-    },
-}
-
 /// The robot cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum UnusableRobot {
@@ -93,19 +75,20 @@ pub enum UnusableRobot {
     Model(#[from] RobotModelError),
 }
 
-impl TryFrom<File> for RecorderSettings {
-    type Error = SettingsError;
+/// How often a recording is made readable (s).
+const FLUSH_PERIOD_S: Range = Range::between(0.01, 60.0);
+/// Every how many ticks something is recorded: an hour of them is as good as never.
+const STRIDE_TICKS: Range = Range::between(1.0, 720_000.0);
 
-    fn try_from(file: File) -> Result<Self, SettingsError> {
-        if !(0.01..=60.0).contains(&file.flush_period_s) {
-            return Err(SettingsError::FlushPeriod { found: file.flush_period_s });
-        }
+impl TryFrom<File> for RecorderSettings {
+    type Error = OutOfRange;
+
+    fn try_from(file: File) -> Result<Self, OutOfRange> {
+        FLUSH_PERIOD_S.demand("flush_period_s", file.flush_period_s, "a killed recorder loses this much: 0.5 to 5")?;
         for (key, found) in
             [("contact_every_ticks", file.contact_every_ticks), ("scene_every_ticks", file.scene_every_ticks)]
         {
-            if found < 1 {
-                return Err(SettingsError::Stride { key, found });
-            }
+            STRIDE_TICKS.demand(key, found as f64, "1 records every tick")?;
         }
         let attachment_folder = Some(file.attachment_folder).filter(|folder| !folder.as_os_str().is_empty());
         Ok(Self {

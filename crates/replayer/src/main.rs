@@ -1,32 +1,32 @@
 //! Runs one process again from a recording and compares what it says with what it said then.
 //!
-//! | exit code | meaning |
-//! |---|---|
-//! | 0 | everything was said again, the same to the bit (or within `--tolerance`) |
-//! | 1 | something is different; the table says what |
-//! | 2 | arguments, recording or configuration are wrong |
-//! | 3 | the recording of the replay cannot be written |
-//! | 130 | asked to stop |
+//! Its exit codes are those of all processes ([`node::ExitCode`]): 1 says that something is different.
 #![allow(clippy::print_stdout, reason = "the comparison is what a replay is asked for")]
 
 use clap::{Parser, ValueEnum};
 use messages::code::Process;
-use node::{LogFormat, Stop};
+use node::{ExitCode, LogFormat, Stop};
 use recording::Recording;
 use replayer::{Comparison, Inputs, Keeper, ReplayError, Replayable, Said, Unpacked, replay, replayed_info};
 use scenario::{Config, Setting};
 use soles::Store;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+
+/// How a replay may end.
+const CODES: [ExitCode; 6] = [
+    ExitCode::Done,
+    ExitCode::Failed,
+    ExitCode::Configuration,
+    ExitCode::Start,
+    ExitCode::Recording,
+    ExitCode::Interrupted,
+];
 
 /// Runs one process again from a recording and compares what it says with what it said then.
 #[derive(Debug, Parser)]
 #[command(name = "soleus-replayer", version = node::VERSION)]
-#[command(
-    after_help = "Exit codes: 0 the same to the bit (or within --tolerance); 1 different; 2 arguments, recording or \
-configuration wrong; 3 the recording of the replay cannot be written; 130 asked to stop."
-)]
+#[command(after_help = ExitCode::help(&CODES))]
 struct Arguments {
     /// The recording.
     #[arg(value_name = "RUN.mcap")]
@@ -85,31 +85,34 @@ fn tolerance(text: &str) -> Result<f64, String> {
     if (0.0..1.0).contains(&value) { Ok(value) } else { Err("must be at least 0 and less than 1".to_string()) }
 }
 
-fn main() -> ExitCode {
+fn main() -> std::process::ExitCode {
     let arguments = Arguments::parse();
     node::start_diagnostics(arguments.log_format);
-    match run(&arguments) {
+    let exit = match run(&arguments) {
         Ok(comparison) => {
             print!("{}", table(&comparison));
             let exact = arguments.tolerance == 0.0;
             let same = if exact { comparison.identical() } else { comparison.within(arguments.tolerance) };
-            ExitCode::from(u8::from(!same))
+            if same { ExitCode::Done } else { ExitCode::Failed }
         }
         Err((code, error)) => {
             tracing::error!("{}", node::error_chain(error.as_ref()));
-            ExitCode::from(code)
+            code
         }
-    }
+    };
+    exit.into()
 }
 
-type Stopped = (u8, Box<dyn Error>);
+type Stopped = (ExitCode, Box<dyn Error>);
 
 fn run(arguments: &Arguments) -> Result<Comparison, Stopped> {
-    let wrong =
-        |error: ReplayError| -> Stopped { (if matches!(error, ReplayError::Asked) { 130 } else { 2 }, error.into()) };
+    let wrong = |error: ReplayError| -> Stopped {
+        let asked = matches!(error, ReplayError::Asked);
+        (if asked { ExitCode::Interrupted } else { ExitCode::Configuration }, error.into())
+    };
     // Asked for by a signal it ends in an orderly way: what it has unpacked goes with it.
-    let stop = Stop::on_signals().map_err(|error| -> Stopped { (3, error.into()) })?;
-    let unwritten = |error: recording::WriteError| -> Stopped { (3, error.into()) };
+    let stop = Stop::on_signals().map_err(|error| -> Stopped { (ExitCode::Start, error.into()) })?;
+    let unwritten = |error: recording::WriteError| -> Stopped { (ExitCode::Recording, error.into()) };
     let process = Replayable::from(arguments.process);
     let recording = Recording::open(&arguments.recording).map_err(|error| wrong(error.into()))?;
     tell_of_another_build(&recording).map_err(wrong)?;
@@ -143,7 +146,8 @@ fn run(arguments: &Arguments) -> Result<Comparison, Stopped> {
 fn keep(path: &Path, recording: &Recording, arguments: &Arguments) -> Result<Keeper, Stopped> {
     let place = |path: &Path| path.canonicalize().ok();
     if place(path).is_some_and(|path| Some(path) == place(&arguments.recording)) {
-        return Err((2, format!("--out {}: that is the recording itself; name another file", path.display()).into()));
+        let error = format!("--out {}: that is the recording itself; name another file", path.display());
+        return Err((ExitCode::Configuration, error.into()));
     }
     let settings: Vec<String> = arguments.settings.iter().map(ToString::to_string).collect();
     let facts = [
@@ -152,8 +156,9 @@ fn keep(path: &Path, recording: &Recording, arguments: &Arguments) -> Result<Kee
         ("settings", settings.join(" ")),
         ("version", node::VERSION.to_string()),
     ];
-    let info = replayed_info(recording, &facts).map_err(|error| -> Stopped { (2, error.into()) })?;
-    Keeper::create(path, &info, arguments.overwrite).map_err(|error| -> Stopped { (3, error.into()) })
+    let info =
+        replayed_info(recording, &facts).map_err(|error| -> Stopped { (ExitCode::Configuration, error.into()) })?;
+    Keeper::create(path, &info, arguments.overwrite).map_err(|error| -> Stopped { (ExitCode::Start, error.into()) })
 }
 
 /// Bits are only promised for the same build on a processor with the same vector instructions.
