@@ -6,6 +6,9 @@
 
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
+mod draft;
+
+pub use draft::{Draft, DraftError, MODEL_MASS_KG, draft};
 pub use multibody::Motion;
 
 use multibody::{CarriedJoint, HeldLink, Model, ModelError, ModelOptions, carried_joints, held_links};
@@ -72,7 +75,7 @@ pub enum RobotModelError {
         leader: Option<String>,
     },
     /// A leg's joints are not listed.
-    #[error("{}: groups.{group} must name hip yaw, roll, pitch, knee, ankle pitch and roll", .file.display())]
+    #[error("{}: groups.{group} must name the six joints of the leg from the hip; the fourth is the knee", .file.display())]
     Group {
         /// The description.
         file: PathBuf,
@@ -197,7 +200,7 @@ fn unreadable(robot: &Robot, source: ModelError) -> RobotModelError {
     RobotModelError::Model { file: robot.folder.join(&robot.description.urdf), source: Box::new(source) }
 }
 
-/// Names of the legs' joints, left and right, each from the hip: yaw, roll, pitch, knee, ankle pitch, ankle roll.
+/// Names of the legs' joints, left and right, each from the hip; the fourth is the knee.
 ///
 /// # Errors
 /// [`RobotModelError::Group`].
@@ -243,8 +246,8 @@ mod tests {
         assert_eq!(map.resting_rad()[place("R_HIP_P")], -22.02_f64.to_radians());
         // The model has the neck there, too: the head nods about the y axis.
         let mut workspace = multibody::Workspace::new(&model);
-        multibody::forward_kinematics(&model, &mut workspace, &model.neutral());
-        let head = workspace.placement(&model, model.frame("NECK_P_LINK").expect("a link")).rotation;
+        let placed = multibody::forward_kinematics(&model, &mut workspace, &model.neutral());
+        let head = placed.pose(model.frame("NECK_P_LINK").expect("a link")).rotation;
         assert!((head[(0, 2)] - 20.0_f64.to_radians().sin()).abs() < 1e-12, "{head}");
         assert!(model.joint("NECK_P").is_err() && model.joint("R_HIP_P").is_ok());
     }

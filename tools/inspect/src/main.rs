@@ -14,6 +14,7 @@ mod pattern;
 mod qp;
 mod recording;
 mod report;
+mod robot;
 mod sole;
 
 use clap::Parser;
@@ -41,6 +42,8 @@ enum Subcommand {
     Dynamics(dynamics::Arguments),
     /// Dense quadratic programs: the solvers of the whole-body controller.
     Qp(qp::Arguments),
+    /// Drafts the folder of a robot from its URDF: what is to be filled in, and a walk to try it.
+    Robot(robot::Arguments),
     /// Walking patterns from a gait configuration, as numbers and as a picture.
     Pattern(pattern::Arguments),
     /// What is in a recording, a topic of it as a table, and finishing what a killed recorder left.
@@ -65,6 +68,7 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::Sole(arguments) => sole::run(arguments),
         Subcommand::Dynamics(arguments) => dynamics::run(arguments),
         Subcommand::Qp(arguments) => qp::run(arguments),
+        Subcommand::Robot(arguments) => robot::run(arguments),
         Subcommand::Pattern(arguments) => pattern::run(arguments),
         Subcommand::Recording(arguments) => recording::run(arguments),
         Subcommand::Figures(arguments) => figures::run(arguments),

@@ -5,6 +5,7 @@ mod damage;
 mod dynamics;
 mod friction;
 mod qp;
+mod robot;
 mod sole;
 
 use serde_json::Value;
