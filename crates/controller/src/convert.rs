@@ -47,15 +47,11 @@ pub(crate) fn plan(
     let planned = |foot: usize| {
         let planned = &pattern.feet[foot];
         let zmp = Vec3::new(planned.zmp.position.x, planned.zmp.position.y, 0.0);
-        let moment = (zmp - ankles[foot].translation).cross(&planned.force);
-        Wrench { force: planned.force, moment }
+        Wrench::of_force_at(&planned.force, &zmp, &ankles[foot].translation)
     };
     let wrenches = computed.unwrap_or_else(|| [planned(0), planned(1)]);
     let total = wrenches[0].about(&-ankles[0].translation) + wrenches[1].about(&-ankles[1].translation);
-    let zmp = match computed {
-        Some(_) if total.force.z > 0.0 => Vector2::new(-total.moment.y, total.moment.x) / total.force.z,
-        _ => pattern.zmp.position,
-    };
+    let zmp = computed.and_then(|_| total.zmp(&Vec3::zeros(), 0.0)).unwrap_or(pattern.zmp.position);
     let foot = |index: usize| {
         let (planned, ankle) = (&pattern.feet[index], &ankles[index]);
         PlanFoot {
@@ -75,6 +71,22 @@ pub(crate) fn plan(
         com_velocity_m_per_s: pattern.com_velocity().into(),
         com_acceleration_m_per_s2: pattern.com_acceleration().into(),
         feet: [foot(0), foot(1)],
+    }
+}
+
+/// The same plan as a stabiliser is told it.
+pub(crate) fn stabiliser_plan(plan: &Plan) -> stabiliser::Plan {
+    let foot = |foot: &PlanFoot| {
+        let wrench = Wrench::from_vector(&Vec6::from(foot.wrench_n_nm));
+        // The plan's ground is z = 0.
+        stabiliser::FootPlan::of_wrench(foot.loaded == 1, foot.load_share, &wrench, foot.ankle(), 0.0)
+    };
+    stabiliser::Plan {
+        base: plan.base(),
+        zmp: Vector2::from(plan.zmp_m),
+        com: Vec3::from(plan.com_position_m),
+        com_velocity: Vec3::from(plan.com_velocity_m_per_s),
+        feet: [foot(&plan.feet[0]), foot(&plan.feet[1])],
     }
 }
 

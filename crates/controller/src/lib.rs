@@ -15,6 +15,9 @@
 //! (`compliance_feed_forward = 0`) turns the feet
 //! of a tilting robot back to the plan and takes away the stiffness that holds it up: without a stabiliser it falls. The README has figures.
 //!
+//! **Stabiliser** (`[stabiliser]`, off by default): robots whose driver has none get theirs here. It sees what is measured a period
+//! earlier than a built-in one.
+//!
 //! **Before the walk** the first deformation gives the start configuration: centre of mass and ankles where pattern and
 //! estimator have them at time zero, torso upright and facing where the feet do, nearest to half-sitting. The robot is placed in it; when it has settled
 //! ([`state::SettleDetector`]) the controller publishes `walk/start`, once.
@@ -30,6 +33,7 @@
 //! | the robot does not come to stand still | safety stop with the criterion that is not met, its value and its limit |
 #![allow(non_snake_case)] // monogram notation, see the style guide
 
+mod balance;
 mod convert;
 mod feedback;
 mod progress;

@@ -10,6 +10,7 @@ use robot::{Robot, RobotError};
 use robot_model::RobotModelError;
 use serde::Deserialize;
 use spatial::Vec3;
+use stabiliser::StabiliserSettings;
 use state::{IntegrationSettings, SettleSettings};
 use std::path::PathBuf;
 use wholebody::{
@@ -44,6 +45,10 @@ pub struct ControllerSettings {
     /// From accelerations to the next state.
     #[serde(default)]
     pub integration: IntegrationSettings,
+    /// The stabiliser, for robots whose driver has none: it acts one period later than a built-in one. Without the table there is
+    /// none.
+    #[serde(default)]
+    pub stabiliser: Option<StabiliserSettings>,
     /// When the walk may start.
     #[serde(default)]
     pub settle: SettleSettings,
@@ -88,6 +93,14 @@ pub enum ControllerError {
         file: PathBuf,
         /// Number of joints.
         found: usize,
+    },
+    /// The stabiliser has no inverse kinematics for a leg.
+    #[error("the {side} leg has no inverse kinematics, which the stabiliser needs")]
+    Leg {
+        /// Which.
+        side: &'static str,
+        /// What is wrong with it.
+        source: multibody::leg::LegError,
     },
     /// A setting is outside of what has a meaning, or does not fit the robot.
     #[error(transparent)]

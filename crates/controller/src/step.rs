@@ -17,6 +17,7 @@ use state::{
 };
 use wholebody::{ConfigurationError, ConstraintId, RobotState, StepReport, StepStatus, WholeBody};
 
+use crate::balance::Balance;
 use crate::convert;
 use crate::feedback::Feedback;
 use crate::progress::{Planned, Progress, Tracking};
@@ -82,6 +83,8 @@ struct Core {
     integration: IntegrationSettings,
     settle: SettleDetector,
     feedback: Option<Feedback>,
+    /// The stabiliser, where the robot's driver has none.
+    balance: Option<Balance>,
     /// The last measurement whose numbers are finite.
     measured: Measured,
     /// Its joints, the base at the origin.
@@ -152,6 +155,11 @@ impl ControllerProcess {
             .then(|| Feedback::new(&settings.integration, &model, frames))
             .transpose()
             .map_err(|source| RobotModelError::unknown(&robot, source))?;
+        let balance = settings
+            .stabiliser
+            .filter(|stabiliser| stabiliser.enabled)
+            .map(|stabiliser| Balance::new(stabiliser, &robot, &model, ankles, imu))
+            .transpose()?;
         let core = Core {
             robot_fingerprint: robot.fingerprint,
             joints,
@@ -168,6 +176,7 @@ impl ControllerProcess {
             settle: SettleDetector::new(settings.settle, CONTROL_PERIOD_S),
             integration: settings.integration,
             feedback,
+            balance,
             last_command: None,
             held_in_a_row: 0,
             held: None,
@@ -202,6 +211,7 @@ impl ControllerProcess {
         vec![
             format!("start of a step: {}", if self.core.feedback.is_some() { "feedback" } else { "open loop" }),
             format!("friction of the forces: {}", settings.friction()),
+            format!("stabiliser: {}", on(self.core.balance.is_some())),
             format!("collision pairs watched: {pairs}"),
             format!("objective of least torques: {}", on(tasks.torque_weight > 0.0)),
             format!("objective on the angular momentum: {}", on(tasks.angular_momentum.weight > 0.0)),
@@ -276,7 +286,8 @@ impl ControllerProcess {
             Mode::Holding => core.hold(walk),
             _ => core.solve(&inputs, walk),
         };
-        let command = core.command(&inputs, mode, &computed, walk);
+        let mut command = core.command(&inputs, mode, &computed, walk);
+        core.correct(&inputs, state, &mut command);
         core.compare_with_measured(&inputs, walk);
         let start = core.decide_start(&inputs, mode, walk)?;
         walk.start = walk.start.or(start);
@@ -461,6 +472,18 @@ impl Core {
         command.plan = convert::plan(&next, &state.q.base, &ankles, computed.wrenches());
         self.last_command = Some(command);
         command
+    }
+
+    /// Corrects what leaves the process by what is measured, where a stabiliser is asked for.
+    fn correct(&mut self, inputs: &Inputs, state: &StateMessage, command: &mut RobotCommand) {
+        let Some(balance) = &mut self.balance else { return };
+        if inputs.usable {
+            balance.feel(state);
+        }
+        // Before tick 0 the robot is not placed yet: the command is where it shall be.
+        if inputs.tick >= 0 {
+            balance.correct(self.whole_body.model(), &self.joints, &self.measured, command);
+        }
     }
 
     /// How far robot and internal state are apart, for health.
