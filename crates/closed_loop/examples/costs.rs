@@ -35,7 +35,7 @@ const HARD: [&str; 4] = [
 ];
 
 /// A part, the process whose time counts, and the settings with it and without.
-const ROWS: [(&str, Part, &[&str], &[&str]); 9] = [
+const ROWS: [(&str, Part, &[&str], &[&str]); 10] = [
     ("estimator: sole, all nodes (as shipped)", Part::Estimator, &[], &["estimator.sole.level=rigid"]),
     (
         "estimator: sole, contact patches",
@@ -56,6 +56,12 @@ const ROWS: [(&str, Part, &[&str], &[&str]); 9] = [
         Part::Controller,
         &["controller.tasks.angular_momentum={weight=10.0,rate_per_s=10.0}"],
         &[],
+    ),
+    (
+        "controller: stabiliser, where the robot has none",
+        Part::Controller,
+        &["simulator.plant.stabiliser.enabled=false", "controller.stabiliser.enabled=true"],
+        &["simulator.plant.stabiliser.enabled=false"],
     ),
     ("plant: soft soles (off: hard corners)", Part::Plant, &[], &HARD),
     ("plant: stabiliser", Part::Plant, &[], &["simulator.plant.stabiliser.enabled=false"]),

@@ -19,8 +19,9 @@ use std::collections::BTreeMap;
 const KNEE_DEG: f64 = 40.0;
 /// Young's modulus of the sole (Pa) of a robot of this mass: under a heavier one of stiffer foam the sole gives way as much.
 const YOUNG_MODULUS_PA: f64 = 0.32e6;
-/// Mass of the robot (kg) whose sole and servos are the model for others, and their stiffness (N m/rad): of legs and trunk, of the rest.
+/// Mass of the robot (kg) whose sole, servos and stabiliser are the model for others.
 pub const MODEL_MASS_KG: f64 = 39.0;
+/// Stiffness of its servos (N m/rad): of legs and trunk, of the rest.
 const SERVO_STIFFNESS: [f64; 2] = [15_000.0, 3_000.0];
 /// Rotors behind gears (kg m^2), dry friction (N m) and viscous friction (N m s/rad) of the same.
 const ROTOR_KG_M2: [f64; 2] = [0.1, 0.05];

@@ -89,7 +89,8 @@ fn walk(draft: &Draft) -> String {
         90.0 * scale,
         2.5e4 * scale
     );
-    let keys = [("planner", planner.as_str()), ("estimator", ""), ("controller", ""), ("simulator", &simulator)];
+    let keys =
+        [("planner", planner.as_str()), ("estimator", ""), ("controller", ""), ("simulator", simulator.as_str())];
     for (process, keys) in keys.into_iter().chain([("recorder", "")]) {
         write!(text, "\n[{process}]\nconfig = \"../../config/{process}.toml\"\n{keys}")
             .expect("a string takes everything");
