@@ -7,6 +7,7 @@ use crate::memory;
 use crate::pattern::{PatternPublisher, PatternSubscriber};
 use crate::publisher::Publisher;
 use crate::runtime::{self, memory_prefix, runtime_folder};
+use crate::space;
 use crate::subscriber::{Robot, Subscriber};
 use iceoryx2::prelude::*;
 use messages::code::Process;
@@ -271,7 +272,7 @@ impl Domain {
     /// A port with the memory that it and its connections need: nobody who fills shared memory later can end us by SIGBUS.
     fn committed<P>(&self, port: Result<P, PortError>) -> Result<P, PortError> {
         let port = port?;
-        memory::commit(&self.name.prefix())?;
+        memory::commit(&self.name.prefix(), space::needed_bytes())?;
         Ok(port)
     }
 

@@ -3,7 +3,6 @@
 use crate::error::{MemoryError, User};
 use crate::folder::Folder;
 use crate::runtime::user_id;
-use crate::space;
 use rustix::fs::{FallocateFlags, FileType, OFlags, fallocate};
 use rustix::io::Errno;
 use std::ffi::{OsStr, OsString};
@@ -113,7 +112,8 @@ const BLOCK_BYTES: u64 = 512;
 ///
 /// A file in shared memory has a size before it has memory; its first touch takes that, and where somebody else has filled `/dev/shm`
 /// meanwhile the toucher is ended by SIGBUS. After this call no touch can fail. Files whose maker is not done with them are left to it.
-pub(crate) fn commit(prefix: &str) -> Result<(), MemoryError> {
+/// `needed_bytes`, what a domain may touch, is for the error.
+pub(crate) fn commit(prefix: &str, needed_bytes: u64) -> Result<(), MemoryError> {
     let failed = |source| MemoryError::File { path: FOLDER.into(), source };
     let folder = folder().map_err(failed)?;
     for name in names_in(&folder, prefix).map_err(failed)? {
@@ -127,10 +127,7 @@ pub(crate) fn commit(prefix: &str) -> Result<(), MemoryError> {
         match fallocate(&file, FallocateFlags::KEEP_SIZE, 0, size) {
             Ok(()) => {}
             Err(Errno::NOSPC | Errno::NOMEM) => {
-                return Err(MemoryError::Full {
-                    free_bytes: free_bytes().unwrap_or(0),
-                    needed_bytes: space::needed_bytes(),
-                });
+                return Err(MemoryError::Full { free_bytes: free_bytes().unwrap_or(0), needed_bytes });
             }
             Err(error) => return Err(MemoryError::File { path: folder.path().join(&name), source: error.into() }),
         }

@@ -69,7 +69,7 @@ impl Owner {
         memory::make_private(&name.prefix())?;
         let node = node()?;
         let services = service::create_all(&node)?;
-        memory::commit(&name.prefix())?;
+        memory::commit(&name.prefix(), space::needed_bytes())?;
         let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_nanos();
         let line = format!("{} {since}", std::process::id());
         let Begun::Ours(life) = Life::begin(folder, READY, &line, OTHERS_FINISH).map_err(failed)? else {
