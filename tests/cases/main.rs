@@ -4,6 +4,7 @@
 
 mod faults;
 mod feedback;
+mod latency;
 mod mistakes;
 mod programs;
 mod replay;
@@ -11,6 +12,7 @@ mod same_numbers;
 mod soles;
 mod stops;
 mod trust;
+mod units;
 mod walk;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

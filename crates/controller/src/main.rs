@@ -4,6 +4,7 @@ use controller::{ControllerProcess, ControllerSettings, Summary};
 use lateness::RightsSettings;
 use messages::code::{Mode, Order, Process, Reason, State};
 use messages::missing::{HOLD_AFTER_TICKS, STOP_AFTER_TICKS};
+use messages::timing::DEFORMATION_WAIT_NS;
 use messages::{ControllerFigures, topic};
 use node::{End, Failure, Program, Shell};
 use programs::ProgramWriter;
@@ -12,9 +13,6 @@ mod programs;
 
 /// Messages that may wait: those of a time in which this process was held up are answered all the same, in turn.
 const QUEUE: usize = 16;
-/// By the clock: how long after the tick's time the deformation of the tick is waited for (ns). It comes after some 0.2 ms; a step and its
-/// way to the robot take less than what is then left of the period.
-const DEFORMATION_WAIT_NS: u64 = 1_500_000;
 
 struct Control {
     process: ControllerProcess,
@@ -84,6 +82,7 @@ impl Program for Control {
             }
             let mut walks = false;
             let output = self.process.step(&state, deformation.as_ref());
+            shell.step_done("solving");
             if let Some(output) = output.map_err(|error| Failure::safety(error.reason(), error))? {
                 // Before the command: whoever has the command of this tick then also has the start decided at it.
                 if let Some(start) = &output.start {

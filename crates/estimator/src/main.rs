@@ -3,6 +3,7 @@
 use estimator::{EstimatorProcess, EstimatorSettings};
 use lateness::RightsSettings;
 use messages::code::{Process, Reason, State};
+use messages::timing::DEFORMATION_WAIT_NS;
 use messages::topic;
 use node::{End, Failure, Program, Shell};
 use soles::Store;
@@ -19,6 +20,8 @@ impl Program for Estimate {
     const PROCESS: Process = Process::Estimator;
     const ABOUT: &'static str = "Turns the planned forces into ankle poses through the soles.";
     type Settings = EstimatorSettings;
+    // Later, the controller has gone on without it.
+    const ANSWER_DEADLINE_NS: u64 = DEFORMATION_WAIT_NS;
 
     fn build(settings: EstimatorSettings) -> Result<Self, Failure> {
         let mut soles = Store::from_environment();
@@ -64,7 +67,9 @@ impl Program for Estimate {
             if let Some(start) = starts.latest()? {
                 self.process.take_start(&start);
             }
-            if let Some(output) = self.process.step(&state) {
+            let output = self.process.step(&state);
+            shell.step_done("estimating");
+            if let Some(output) = output {
                 deformations.publish(&output.deformation)?;
                 shell.published();
                 contacts.publish(&output.contact)?;

@@ -20,6 +20,10 @@ pub const REACHED_TICKS: i64 = 2;
 /// Ticks by which the robot is behind the plan: the drives' ramp.
 pub const DRIVES_BEHIND_TICKS: usize = 1;
 
+/// By the clock: how long after the tick's time the deformation of the tick is waited for (ns), so until when it has to be out. It comes
+/// after some 0.2 ms; a step and its way to the robot take less than what is then left of the period.
+pub const DEFORMATION_WAIT_NS: u64 = 1_500_000;
+
 /// Walk time (s) before anybody knows when time zero is: negative, which is before the walk.
 pub const BEFORE_START_S: f64 = -CONTROL_PERIOD_S;
 

@@ -157,6 +157,7 @@ impl Simulate {
             shell.cycle_starts();
             let walks = self.process.walks();
             output = self.process.advance();
+            shell.step_done("moving the plant");
             self.report(shell, &output);
             shell.cycle_ends(tick)?;
             if shell.ends(walks) {

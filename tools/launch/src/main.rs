@@ -61,6 +61,10 @@ struct Launch {
     #[arg(long)]
     real_time: bool,
 
+    /// End where the system refuses policy, core or locked memory that a process asks for ([real_time] of its configuration).
+    #[arg(long, requires = "real_time")]
+    require_real_time: bool,
+
     /// In lock-step, walk at most so many times as fast as real time: 1.0 to watch.
     #[arg(long, value_name = "FACTOR", conflicts_with = "real_time", value_parser = node::pace)]
     pace: Option<f64>,

@@ -27,6 +27,8 @@ pub struct Start<'a> {
     pub domain: &'a DomainName,
     /// By the clock.
     pub real_time: bool,
+    /// With all rights that the processes ask for, or not at all.
+    pub require_real_time: bool,
     /// In lock-step, how many times as fast as real time it may be.
     pub pace: Option<f64>,
     /// Who takes part.
@@ -48,6 +50,9 @@ impl Supervised {
         command.arg("--config").arg(folder.config(process.word())).arg("--domain").arg(start.domain.to_string());
         if start.real_time {
             command.arg("--real-time");
+        }
+        if start.require_real_time {
+            command.arg("--require-real-time");
         }
         if start.real_time && [Process::Controller, Process::Simulator].contains(&process) {
             // Whoever launches a scenario wants it walked.

@@ -108,6 +108,7 @@ fn supervise(
     let start = Start {
         domain: domain_name,
         real_time: arguments.real_time,
+        require_real_time: arguments.require_real_time,
         pace: arguments.pace,
         processes,
         log_format: arguments.log_format,

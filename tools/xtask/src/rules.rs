@@ -180,6 +180,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("soleus-latency", &["bus", "lateness", "messages", "node", "recording", "report", "scenario"]),
+    // An example to copy: what a driver needs, and no more.
+    ("soleus-driver", &["lateness", "messages", "node", "robot"]),
     ("xtask", &[]),
     ("mutation", &[]),
     // Tests: what the harness uses; the cases may use everything.
