@@ -2,6 +2,7 @@
 
 use crate::error::{PortError, PublishError};
 use crate::service;
+use crate::sleep::clock_monotonic_ns;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
@@ -14,6 +15,7 @@ pub struct Publisher<T: Message> {
     notifier: Option<Notifier<ipc::Service>>,
     topic: Topic<T>,
     sequence: u64,
+    sent_ns: u64,
 }
 
 impl<T: Message> Publisher<T> {
@@ -28,7 +30,7 @@ impl<T: Message> Publisher<T> {
         });
         let publisher = publisher.map_err(|source| PortError::Publisher { topic: name, source })?;
         let notifier = notifier(node, topic)?;
-        Ok(Self { publisher, notifier, topic, sequence: 0 })
+        Ok(Self { publisher, notifier, topic, sequence: 0, sent_ns: 0 })
     }
 
     /// Publishes a message; its sequence number is set here. Returns it.
@@ -44,8 +46,15 @@ impl<T: Message> Publisher<T> {
         sample.payload_mut().header_mut().sequence = self.sequence;
         sample.send().map_err(|source| PublishError::Send { topic, source })?;
         self.sequence += 1;
+        self.sent_ns = clock_monotonic_ns();
         wake(&self.notifier);
         Ok(self.sequence - 1)
+    }
+
+    /// When the last message was there for everybody (ns, `CLOCK_MONOTONIC`), before anybody was woken for it: who is woken may have the
+    /// higher priority, and run before [`Publisher::publish`] comes back. Zero before the first.
+    pub fn sent_ns(&self) -> u64 {
+        self.sent_ns
     }
 
     /// Gives kept messages to those who subscribed since the last call; publishing does so too.

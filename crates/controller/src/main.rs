@@ -89,7 +89,7 @@ impl Program for Control {
                     starts.publish(start)?;
                 }
                 commands.publish(&output.command)?;
-                shell.published();
+                shell.published(commands.sent_ns());
                 self.tell(&output.summary, state.header.tick);
                 let holding = output.command.mode == Mode::Holding.code();
                 // Nothing is solved while the posture is held.

@@ -71,7 +71,7 @@ impl Program for Estimate {
             shell.step_done("estimating");
             if let Some(output) = output {
                 deformations.publish(&output.deformation)?;
-                shell.published();
+                shell.published(deformations.sent_ns());
                 contacts.publish(&output.contact)?;
                 let figures = shell.figures();
                 let held = output.summary.age_ticks > 0;

@@ -21,12 +21,13 @@ pub struct Rights {
 }
 
 impl Rights {
-    /// Locks all memory, present and future, keeps what is freed, and touches the stack: before threads and ports are made, so that
+    /// Locks all memory, present and future, keeps what is freed, and touches stack and a reserve of the heap: before threads and ports are made, so that
     /// nothing faults afterwards.
     pub(crate) fn lock_memory(settings: &RightsSettings) -> Self {
         let mut rights = Self::default();
         if settings.policy == PolicyWish::Fifo {
             system::keep_freed_memory();
+            system::touch_heap();
             match system::lock_memory() {
                 Ok(()) => rights.memory_locked = true,
                 Err(refusal) => rights.refused.push(memory_refused(&refusal)),

@@ -399,9 +399,9 @@ impl Shell {
         self.timing.watch().step_done(name, clock_monotonic_ns());
     }
 
-    /// The answer of this cycle is out.
-    pub fn published(&mut self) {
-        self.timing.watch().published(clock_monotonic_ns());
+    /// The answer of this cycle was out then: [`Publisher::sent_ns`].
+    pub fn published(&mut self, sent_ns: u64) {
+        self.timing.watch().published(sent_ns);
     }
 
     /// By the clock: woken by the state of a tick. Returns the tick's time (ns, monotonic), by which the others are waited for; `None` in

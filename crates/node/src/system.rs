@@ -98,7 +98,10 @@ pub(crate) enum Policy {
     Other,
 }
 
-/// Keeps freed memory in the process: what is given back to the system faults when it is needed again.
+/// Memory that is taken from the system beforehand, beside what is in use (bytes): more than any loop here still asks for.
+const HEAP_RESERVE: usize = 16 << 20;
+
+/// Keeps freed memory in the process, and some more: what is taken from the system later faults.
 pub(crate) fn keep_freed_memory() {
     #[cfg(target_env = "gnu")]
     // SAFETY: plain numbers. Where it is refused memory is given back as usual, which only costs time.
@@ -106,6 +109,12 @@ pub(crate) fn keep_freed_memory() {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_MMAP_MAX, 0);
     }
+}
+
+/// Takes the reserve and gives it back to the heap, which keeps it: after [`keep_freed_memory`].
+pub(crate) fn touch_heap() {
+    let mut reserve = vec![1_u8; HEAP_RESERVE];
+    std::hint::black_box(&mut reserve);
 }
 
 /// How much of the stack is touched beforehand: more than any step here uses (bytes).

@@ -121,8 +121,8 @@ impl Simulate {
         }
     }
 
-    /// The clock grid is kept here. At each of its times the state is published, with that time as its stamp; then whatever commands are
-    /// there are taken, and the plant moves to the next time under the newest.
+    /// The clock grid is kept here. At each of its times whatever commands are there are taken and the state is published, with that time as
+    /// its stamp; then the plant moves to the next time under the newest command.
     fn by_the_clock(
         &mut self,
         shell: &mut Shell,
@@ -138,16 +138,7 @@ impl Simulate {
             shell.cycle_wakes(due_ns);
             shell.figures().clock_slips = slips;
             let tick = output.state.header.tick;
-            output.state.header.clock_monotonic_ns = due_ns;
-            output.truth.header.clock_monotonic_ns = due_ns;
-            ports.states.publish(&output.state)?;
-            shell.published();
-            ports.truths.publish(&output.truth)?;
-            if let Some(reason) = output.over {
-                self.report(shell, &output);
-                tracing::info!("the clock grid was moved {slips} times, {} commands were missing", self.process.late());
-                return ended(reason);
-            }
+            // Before the state is out: its own answer acts from the next tick on, and must not be found here when this process is held up.
             while let Some(command) = ports.commands.try_next()? {
                 self.take(&command, tick);
             }
@@ -155,6 +146,16 @@ impl Simulate {
                 self.process.take_start(&start);
             }
             shell.cycle_starts();
+            output.state.header.clock_monotonic_ns = due_ns;
+            output.truth.header.clock_monotonic_ns = due_ns;
+            ports.states.publish(&output.state)?;
+            shell.published(ports.states.sent_ns());
+            ports.truths.publish(&output.truth)?;
+            if let Some(reason) = output.over {
+                self.report(shell, &output);
+                tracing::info!("the clock grid was moved {slips} times, {} commands were missing", self.process.late());
+                return ended(reason);
+            }
             let walks = self.process.walks();
             output = self.process.advance();
             shell.step_done("moving the plant");

@@ -93,29 +93,33 @@ impl Program for Mirror {
             // The tick's time is the scheduled one, also when we woke late. Nobody else keeps a grid.
             let due_ns = grid.as_mut().map_or(0, Grid::wait);
             shell.cycle_wakes(due_ns);
-            let mut state = self.read_sensors(tick);
-            state.header.clock_monotonic_ns = due_ns;
-            states.publish(&state)?;
-            shell.published();
-            if grid.is_none() {
-                // Lock-step: the command of this tick is waited for; it acts from the next one.
-                let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
-                shell.cycle_starts();
-                self.write_drives(&newest);
-                newest = command;
-            } else {
-                // By the clock: the command of the tick before must be there by now. One that is missing is stood in for, as every driver does.
+            if grid.is_some() {
+                // By the clock: the command of the tick before must be there by now. Looked for before the state is out: the state's own answer
+                // acts from the next tick on, and must not be found here when we are held up.
                 while let Some(command) = commands.try_next()? {
                     newest = if command.header.tick > newest.header.tick { command } else { newest };
                 }
                 shell.cycle_starts();
+            }
+            let mut state = self.read_sensors(tick);
+            state.header.clock_monotonic_ns = due_ns;
+            states.publish(&state)?;
+            shell.published(states.sent_ns());
+            if let Some(grid) = &grid {
+                // One that is missing is stood in for, as every driver does.
                 let missing = tick - 1 - newest.header.tick;
                 shell.figures().late += u64::from(missing > 0);
                 if Answer::after(missing) == Answer::Stop {
                     return Err(Failure::Deadline { misses: STOP_AFTER_TICKS as u64 });
                 }
                 self.write_drives(&command_instead(&newest, missing));
-                shell.figures().clock_slips = grid.as_ref().map_or(0, Grid::slips);
+                shell.figures().clock_slips = grid.slips();
+            } else {
+                // Lock-step: the command of this tick is waited for; it acts from the next one.
+                let Some(command) = shell.wait_tick(&mut commands, tick)? else { return Ok(End::Asked) };
+                shell.cycle_starts();
+                self.write_drives(&newest);
+                newest = command;
             }
             shell.figures().walk_time_s = newest.walk_time_s - CONTROL_PERIOD_S;
             shell.cycle_ends(tick)?;

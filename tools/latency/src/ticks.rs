@@ -120,14 +120,14 @@ impl Ticks {
         ages
     }
 
-    /// The first tick whose command was computed from, or after, anything that lock-step does not have: an old deformation, a command that
-    /// was missing, a slip. `None`: there was none.
+    /// The first tick whose command was computed from, or after, anything that lock-step does not have: an old deformation, another command
+    /// than that of two ticks before. `None`: there was none.
     pub fn first_stale(&self) -> Option<i64> {
         let deformation = self.commands.values().find(|command| command.deformation_age_ticks > 0);
         let deformation = deformation.map(|command| command.header.tick);
         let missing = self.acted.iter().find(|(tick, acted)| {
             let expected = *tick - timing::REACHED_TICKS;
-            expected >= 0 && **acted < expected
+            expected >= 0 && **acted != expected
         });
         let missing = missing.map(|(tick, _)| *tick);
         [deformation, missing].into_iter().flatten().min()

@@ -35,7 +35,8 @@ pub struct Walked {
 
 /// Root of the workspace, beside whose binaries we lie; scenarios are found there.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors().nth(2).expect("tools/latency is in the workspace").to_path_buf()
 }
 
 /// A scenario that ships.
