@@ -38,6 +38,8 @@ pub struct Round {
     pub faults: Vec<String>,
     /// Lateness of each process.
     pub cycles: BTreeMap<u32, Cycles>,
+    /// From when a state was out to when the controller woke.
+    pub hand_over: Lateness,
     /// The core of each process, read back.
     pub cores: BTreeMap<u32, u32>,
     /// Commands that were not there in time.
@@ -95,6 +97,13 @@ impl Measured {
             Some((ours, round.reference(process)?.lateness.quantiles()))
         };
         self.valid.iter().filter_map(pair).collect()
+    }
+
+    /// From states to the controller over all valid rounds.
+    pub fn hand_over(&self) -> Lateness {
+        let mut pooled = Lateness::default();
+        self.valid.iter().for_each(|round| pooled.add(&round.hand_over));
+        pooled
     }
 
     /// Missing commands of all valid rounds.
@@ -202,6 +211,7 @@ fn walk_round(
         number,
         faults: surroundings.faults(),
         cycles: ticks.cycles.clone(),
+        hand_over: ticks.hand_over(),
         cores: ticks.health.iter().filter_map(core).collect(),
         missing: ticks.missing(&surroundings.references),
         stale: ticks.stale_deformations(),
@@ -305,6 +315,12 @@ fn write(
         let reference = measured.pooled_reference(process);
         hlog::write(&folder.join(&name).with_extension("hlog"), &name, &reference, measured.lasted)?;
     }
+    hlog::write(
+        &folder.join("hand-over.hlog"),
+        "state out to controller woken",
+        &measured.hand_over(),
+        measured.lasted,
+    )?;
     hlog::write(&folder.join("wake-message.hlog"), "wake by message", &measured.wakes.event, measured.lasted)?;
     hlog::write(&folder.join("wake-futex.hlog"), "wake by futex", &measured.wakes.futex, measured.lasted)?;
     let path = wanted.out.join("latency.html");

@@ -73,7 +73,9 @@ fn charts(measured: &Measured) -> Vec<Chart> {
     let processor = LOOP.map(|process| (process.word(), measured.pooled(process).processor));
     let processor: Vec<(&str, &Lateness)> = processor.iter().map(|(name, lateness)| (*name, lateness)).collect();
     charts.push(chart("Time of the processor in a cycle", "By the thread's own clock.", &processor));
+    let hand_over = measured.hand_over();
     let wakes = [
+        ("state to controller", &hand_over),
         ("message", &measured.wakes.event),
         ("message, one core", &measured.wakes.event_on_one_core),
         ("futex", &measured.wakes.futex),

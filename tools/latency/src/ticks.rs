@@ -43,6 +43,9 @@ pub struct Ticks {
     acted: BTreeMap<i64, i64>,
     /// What was commanded, by tick.
     commands: BTreeMap<i64, RobotCommand>,
+    /// When the state of a tick was out, and when the controller woke for it: from the tick's time (ns), by tick.
+    state_out_ns: BTreeMap<i64, u64>,
+    controller_woke_ns: BTreeMap<i64, u64>,
 }
 
 impl Ticks {
@@ -82,12 +85,23 @@ impl Ticks {
                 cycles.published.record(health.publish_lateness_ns);
             }
             cycles.processor.record(health.processor_time_ns);
+            if health.process == Process::Simulator.code() {
+                self.state_out_ns.insert(health.header.tick, health.publish_lateness_ns);
+            } else if health.process == Process::Controller.code() {
+                self.controller_woke_ns.insert(health.header.tick, health.wake_lateness_ns);
+            }
         }
     }
 
     /// Of a process of the loop; empty if it said nothing.
     pub fn of(&self, process: Process) -> Cycles {
         self.cycles.get(&process.code()).cloned().unwrap_or_default()
+    }
+
+    /// From when a state was out to when the controller woke for it (ns): it is woken by a message, not by a timer.
+    pub fn hand_over(&self) -> Lateness {
+        let woke = self.controller_woke_ns.iter();
+        Lateness::of(woke.filter_map(|(tick, woke_ns)| woke_ns.checked_sub(*self.state_out_ns.get(tick)?)))
     }
 
     /// The grid's periods that were not five milliseconds long, by the tick at their end.
@@ -229,6 +243,11 @@ mod tests {
         }
         assert_eq!(ticks.of(Process::Controller).woke.count(), 2, "the first has what was built before");
         assert_eq!(ticks.of(Process::Estimator).woke.count(), 0);
+        assert_eq!(ticks.hand_over().count(), 0, "no state is known to have been out");
+        let header = Header::new(3, 7);
+        let process = Process::Simulator.code();
+        ticks.health(&Health { header, process, cycles: 4, publish_lateness_ns: 15_000, ..Health::default() });
+        assert_eq!((ticks.hand_over().count(), ticks.hand_over().max_ns()), (1, 25_000));
         for (tick, age) in [(3, 1), (4, 1), (5, 2), (6, 9)] {
             ticks.commands.get_mut(&tick).expect("there").deformation_age_ticks = age;
         }
