@@ -195,7 +195,7 @@ mod tests {
         std::fs::File::create(&sparse).and_then(|file| file.set_len(1 << 20)).expect("writable");
         let blocks = || std::os::unix::fs::MetadataExt::blocks(&sparse.metadata().expect("there"));
         assert_eq!(blocks(), 0, "a size is no memory");
-        commit(&files.0).expect("there is room");
+        commit(&files.0, 0).expect("there is room");
         assert_eq!(blocks() * BLOCK_BYTES, 1 << 20);
         assert_eq!(sparse.metadata().expect("there").len(), 1 << 20);
     }

@@ -275,7 +275,7 @@ fn the_side_faces_never_touch_while_walking_nor_at_the_edge_so_the_bottom_face_i
         for (tick, reference) in stance.iter().enumerate() {
             let [bottom, all] = estimators.each_mut().map(|estimator| estimator.step(reference).clone());
             assert!(bottom.status.is_solved() && all.status.is_solved(), "tick {tick}: {:?}", all.status);
-            assert_eq!(all.free, bottom.free + 120, "tick {tick}: a node of a side face touches");
+            assert_eq!(all.open, bottom.open + 120, "tick {tick}: a node of a side face touches");
             let apart_m = (bottom.ankle_pose.translation - all.ankle_pose.translation).norm();
             assert!(apart_m < 1e-12, "tick {tick}: ankles {apart_m} m apart");
         }
