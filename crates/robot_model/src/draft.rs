@@ -170,7 +170,7 @@ pub fn draft(urdf: &str, file_name: &str, boxes_m: &BTreeMap<String, [[f64; 3]; 
         .joints()
         .iter()
         .zip(posture.joints.iter())
-        .map(|(joint, angle)| (joint.name.clone(), (1e2 * angle.to_degrees()).round() * 1e-2))
+        .map(|(joint, angle)| (joint.name.clone(), (1e2 * angle.to_degrees()).round() / 1e2))
         .filter(|(_, degrees)| *degrees != 0.0)
         .collect();
     let description = RobotDescription {
@@ -191,7 +191,7 @@ pub fn draft(urdf: &str, file_name: &str, boxes_m: &BTreeMap<String, [[f64; 3]; 
         collision_pairs: Vec::new(),
         collision_pairs_left_out: Vec::new(),
     };
-    let millimetres = |length_m: f64| (1e3 * length_m).round() * 1e-3;
+    let millimetres = |length_m: f64| (1e3 * length_m).round() / 1e3;
     let ankle_distance_m = millimetres((ankles[0] - ankles[1]).xy().norm());
     let mass_kg = model.total_mass_kg();
     Ok(Draft { description, sole, mass_kg, com_height_m: millimetres(com_height_m), ankle_distance_m, notes })
@@ -360,7 +360,7 @@ fn sole(
             Some((*size, placed.pose(frame).point(&(*centre).into()) - ankle.translation))
         })
         .min_by(|(a, p), (b, q)| (p.z - 0.5 * a[2]).total_cmp(&(q.z - 0.5 * b[2])));
-    let millimetres = |length_m: f64| (1e3 * length_m).round() * 1e-3;
+    let millimetres = |length_m: f64| (1e3 * length_m).round() / 1e3;
     let (box_m, ankle_in_sole_m) = match lowest {
         Some((size, centre)) => {
             let height_m = 0.5 * size[2] - centre.z + RAISED_M;

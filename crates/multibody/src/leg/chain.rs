@@ -83,8 +83,9 @@ impl LegChain {
         }
         let chain = Self { axes, points, foot };
         let singular = chain.jacobian(&BENT_RAD).1.singular_values();
-        if singular[5] < FREE_MIN * singular[0] {
-            return Err(LegError::NotFree { joint: name(joints[0].0), share: singular[5] / singular[0] });
+        let share = singular.min() / singular.max();
+        if share < FREE_MIN {
+            return Err(LegError::NotFree { joint: name(joints[0].0), share });
         }
         Ok(chain)
     }

@@ -105,7 +105,7 @@ fn a_chain_finds_what_the_closed_form_finds() {
     assert!((chain.hip_in_base() - closed.hip_in_base).norm() < ROUNDING_M);
     for _ in 0..200 {
         let angles = walking(&mut random);
-        let near = angles.map(|angle| angle + 0.3 * random.symmetric());
+        let near = angles.map(|angle| angle + 0.1 * random.symmetric());
         let wanted = closed.forward(&angles);
         let (found, expected) = (chain.inverse(&wanted, &near), closed.inverse(&wanted));
         assert_eq!(found.out_of_reach_m, 0.0, "{angles:?} from {near:?}");
@@ -133,7 +133,7 @@ fn legs_with_other_orders_of_axes_are_solved_as_chains() {
             }
             let placed = forward_kinematics(&model, &mut ws, &q);
             let X_BA = placed.pose(model.base_frame()).inverse() * placed.pose(ankle);
-            let near = angles.map(|angle| angle + 0.3 * random.symmetric());
+            let near = angles.map(|angle| angle + 0.1 * random.symmetric());
             let found = leg.inverse(&X_BA, &near);
             assert_eq!(found.out_of_reach_m, 0.0, "{angles:?} from {near:?}");
             for (found, expected) in found.joints_rad.iter().zip(angles) {
