@@ -43,6 +43,8 @@ pub struct Lost {
     pub deformation: bool,
     /// The robot hears nothing of the controller.
     pub command: bool,
+    /// Nobody hears of the robot's state: a driver that skips the tick. There is no answer then, and the tick shows the one before.
+    pub state: bool,
 }
 
 /// Everything that was said at a tick.
@@ -98,6 +100,8 @@ pub struct ClosedLoop {
     controller: ControllerProcess,
     simulator: SimulatorProcess,
     now: SimulatorOutput,
+    /// The last answer.
+    answered: Option<(EstimatorOutput, RobotCommand)>,
     gather: Gather,
 }
 
@@ -130,7 +134,7 @@ impl ClosedLoop {
         let mut gather = Gather::default();
         gather.take(Said::Pattern(&planned.header, &planned.phases));
         gather.take(Said::Command(&command));
-        Ok(Self { planned, estimator, controller, simulator, now, gather })
+        Ok(Self { planned, estimator, controller, simulator, now, answered: None, gather })
     }
 
     /// One control period; `None` once the run is over.
@@ -203,6 +207,14 @@ impl ClosedLoop {
         }
         let SimulatorOutput { mut state, truth, .. } = self.now;
         fault(&mut state);
+        if lost.state
+            && let Some((estimate, command)) = self.answered.clone()
+        {
+            self.gather.take(Said::Truth(&truth));
+            self.now = advance(&mut self.simulator);
+            let EstimatorOutput { deformation, contact, .. } = estimate;
+            return Ok(Some(Tick { state, truth, deformation, contact, command, start: None }));
+        }
         let (estimator, controller) = (&mut self.estimator, &mut self.controller);
         let (estimate, command, start) = answer(estimator, controller, &state, deform, &mut done, lost)?;
         self.gather.take(Said::Truth(&truth));
@@ -220,7 +232,9 @@ impl ClosedLoop {
             self.estimator.take_start(start);
             self.simulator.take_start(start);
         }
-        Ok(Some(Tick { state, truth, deformation: estimate.deformation, contact: estimate.contact, command, start }))
+        let EstimatorOutput { deformation, contact, .. } = estimate;
+        self.answered = Some((estimate, command));
+        Ok(Some(Tick { state, truth, deformation, contact, command, start }))
     }
 
     /// Why the run is over, once it is.

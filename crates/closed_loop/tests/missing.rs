@@ -24,7 +24,7 @@ const FROM: i64 = 600;
 fn walk(name: &str, shared: &mut Shared, lost: impl Fn(i64) -> Lost) -> (Option<Reason>, WalkFigures) {
     let mut run = ClosedLoop::sharing(&scenario(name, &[]), shared).expect("it ships");
     for tick in 0.. {
-        let lost = if tick < FROM { Lost::default() } else { lost(tick - FROM) };
+        let lost = if tick < FROM { NOTHING } else { lost(tick - FROM) };
         if run.step_losing(lost).expect("the controller goes on").is_none() {
             break;
         }
@@ -46,18 +46,19 @@ const WORSE_MAX: f64 = 1.1;
 /// `feedback`, where no stabiliser damps it, by a millimetre: 8 mm/s.
 const REST_MAX_M_PER_S: f64 = 0.01;
 
-const COMMAND: Lost = Lost { deformation: false, command: true };
-const DEFORMATION: Lost = Lost { deformation: true, command: false };
+const NOTHING: Lost = Lost { deformation: false, command: false, state: false };
+const COMMAND: Lost = Lost { command: true, ..NOTHING };
+const DEFORMATION: Lost = Lost { deformation: true, ..NOTHING };
 
 #[test]
 fn a_message_in_twenty_that_does_not_come_is_hardly_seen() {
     let mut shared = Shared::default();
     for name in ["flat", "feedback"] {
-        let (over, whole) = walk(name, &mut shared, |_| Lost::default());
+        let (over, whole) = walk(name, &mut shared, |_| NOTHING);
         assert_eq!(over, Some(Reason::Finished));
         for (what, lost) in [("commands", COMMAND), ("deformations", DEFORMATION)] {
             let is_lost = one_in(20);
-            let (over, figures) = walk(name, &mut shared, |k| if is_lost(k) { lost } else { Lost::default() });
+            let (over, figures) = walk(name, &mut shared, |k| if is_lost(k) { lost } else { NOTHING });
             assert_eq!(over, Some(Reason::Finished), "{name}: {what}");
             let zmp_m = [&figures, &whole].map(|figures| figures.zmp_error_max_m.expect("truth"));
             let com_m = [&figures, &whole].map(|figures| figures.com_error_max_m.expect("truth"));
@@ -119,7 +120,7 @@ fn walk_until(
 
 /// Tick zero of the walk and ticks after it at which both feet carry, about the middle of each double support between two steps.
 fn double_supports(name: &str, shared: &mut Shared) -> Vec<i64> {
-    let (_, said) = walk_until(name, &[], shared, |_, _| Lost::default());
+    let (_, said) = walk_until(name, &[], shared, |_, _| NOTHING);
     let carries = |command: &RobotCommand| command.plan.feet.iter().all(|foot| foot.loaded == 1);
     let walks = |command: &RobotCommand| command.mode == Mode::Walking.code();
     let mut middles = Vec::new();
@@ -144,8 +145,7 @@ fn a_robot_whose_controller_dies_in_double_support_stands_until_the_run_is_over(
     let middles = double_supports("flat", &mut shared);
     assert!(middles.len() > 10, "{middles:?}");
     for died in [middles[1], middles[4], middles[7]] {
-        let (run, said) =
-            walk_until("flat", &[], &mut shared, |_, tick| Lost { deformation: false, command: tick >= died });
+        let (run, said) = walk_until("flat", &[], &mut shared, |_, tick| Lost { command: tick >= died, ..NOTHING });
         assert_eq!(run.over(), Some(Reason::Deadline), "died at tick {died}");
         assert_eq!(run.simulator().figures().fallen, 0);
         let last = said.last().expect("ticks").0.header.tick;

@@ -1,7 +1,7 @@
 //! The process: messages in, messages out. [`ControllerProcess::step`] reads as its phases.
 
 use messages::code::{Mode, Outcome, Reason};
-use messages::missing::{Answer, HOLD_AFTER_TICKS, brought_to_rest, deformation_instead};
+use messages::missing::{HOLD_AFTER_TICKS, brought_to_rest, deformation_instead};
 use messages::timing::walk_time_s;
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
@@ -359,9 +359,12 @@ impl Core {
             Some(_) if inputs.now_s >= 0.0 => Mode::Walking,
             _ => Mode::Standing,
         };
+        let last_tick = self.last_command.filter(|_| mode == Mode::Walking).map(|last| last.header.tick);
+        let missed_ticks = last_tick.map_or(0, |last| inputs.tick - last - 1);
         let why_held = if self.held_in_a_row >= HELD_IN_A_ROW_MAX {
             Some(Reason::SolverFailed)
-        } else if matches!(Answer::after(inputs.age_ticks), Answer::Hold | Answer::Stop) {
+        } else if [inputs.age_ticks, missed_ticks].into_iter().any(|ticks| ticks >= HOLD_AFTER_TICKS) {
+            // Of a deformation or of states: the drives have been without a command for as long then.
             Some(Reason::InputMissing)
         } else if self.stop_asked && mode == Mode::Walking && can_stand(&walk.planned.pattern, inputs.now_s) {
             Some(Reason::Asked)

@@ -64,7 +64,7 @@ fn a_topic_is_a_table_with_named_columns() {
     assert!(rows.iter().all(|row| row.len() == names.len()));
     let output = inspect(&[path, "--csv", "robot/states"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("there are walk/start, robot/state"), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("there are walk/start, walk/order, robot/state"), "{}", text(&output.stderr));
 }
 
 #[test]
