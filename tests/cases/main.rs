@@ -7,6 +7,7 @@ mod feedback;
 mod latency;
 mod mistakes;
 mod programs;
+mod python;
 mod replay;
 mod same_numbers;
 mod soles;

@@ -21,7 +21,7 @@ def enter(folder=VENV, requirements=HERE / "requirements.txt"):
     if not stamp.exists() or stamp.stat().st_mtime < requirements.stat().st_mtime:
         print(f"installing {requirements.name} into {folder} (once) ...", file=sys.stderr)
         venv.create(folder, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "-r", requirements], check=True, cwd=ROOT)
         stamp.touch()
     if pathlib.Path(sys.prefix) != folder:
         os.execv(python, [str(python), *sys.argv])

@@ -1,6 +1,6 @@
 //! A domain: everything of one system on one host, apart from all others.
 
-use crate::error::{DomainNameError, JoinError, PathTooLong, PortError};
+use crate::error::{DomainNameError, JoinError, PathTooLong, PortError, RuntimeError};
 use crate::folder::Folder;
 use crate::life::{Begun, Life, Seen, look};
 use crate::memory;
@@ -62,6 +62,15 @@ impl DomainName {
         let in_folder = in_folder.map(|name| name.strip_suffix(".lock").unwrap_or(name));
         let names: BTreeSet<&str> = in_memory.chain(in_folder).collect();
         names.iter().filter_map(|name| name.parse().ok()).collect()
+    }
+
+    /// The domains of this user that have a living owner.
+    ///
+    /// # Errors
+    /// If the runtime folder is not ours alone.
+    pub fn all_living() -> Result<Vec<Self>, RuntimeError> {
+        let Some(runtime) = runtime::open()? else { return Ok(Vec::new()) };
+        Ok(Self::all_of_user(&runtime).into_iter().filter(|name| name.owner().is_some()).collect())
     }
 
     /// Everything of this domain that is on this host now: files in its folder and in shared memory.

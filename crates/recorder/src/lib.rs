@@ -8,7 +8,7 @@
 
 mod settings;
 
-pub use settings::{RecorderSettings, UnusableRobot};
+pub use settings::{RecorderSettings, UnusableRobot, viewer_settings};
 
 use messages::code::{Process, Reason};
 use messages::{Health, Message, PatternHeader, PatternPhase, SoleContact, Topic, Truth};

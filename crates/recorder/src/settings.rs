@@ -108,6 +108,42 @@ impl TryFrom<File> for RecorderSettings {
     }
 }
 
+/// What viewers are told of a robot: names of joints and links, shapes, sizes.
+///
+/// # Errors
+/// If its URDF is not as it should be.
+pub fn viewer_settings(robot: &Robot) -> Result<ViewerSettings, RobotModelError> {
+    let joint_names = robot.description.joints.clone();
+    let followers: Vec<Follower> = robot_model::followers(robot)?
+        .into_iter()
+        .map(|robot_model::Follower { name, leader, multiplier, offset }| Follower { name, leader, multiplier, offset })
+        .collect();
+    let names = joint_names.iter().chain(followers.iter().map(|follower| &follower.name));
+    let names: Vec<&String> = names.collect();
+    let links = robot_model::drawn_links(robot)?.into_iter().map(|link| Link {
+        moved_by: match link.motion {
+            Motion::Fixed => None,
+            Motion::Turns | Motion::Slides => names.iter().position(|name| **name == link.joint),
+        },
+        name: link.name,
+        parent: link.parent,
+        position_m: link.position_m,
+        rotation: link.rotation,
+        axis: link.axis,
+        slides: link.motion == Motion::Slides,
+    });
+    let links = links.collect();
+    Ok(ViewerSettings {
+        joint_names,
+        followers,
+        base_link: robot.description.base_link.clone(),
+        links,
+        urdf: robot.urdf.clone(),
+        sole_size_m: robot.sole_outline().size_m,
+        ..ViewerSettings::default()
+    })
+}
+
 /// Files larger than this are not attached (meshes for the eye).
 const ATTACHMENT_MAX_BYTES: u64 = 8 << 20;
 /// All attached files together are not larger than this.
@@ -120,34 +156,7 @@ impl RecorderSettings {
     /// If the robot's folder is not as it should be.
     pub fn read_robot(&mut self) -> Result<(), UnusableRobot> {
         let robot = Robot::load_on(&self.robot_folder, self.sole_file.as_deref())?;
-        self.viewer.joint_names = robot.description.joints.clone();
-        self.viewer.followers = robot_model::followers(&robot)?
-            .into_iter()
-            .map(|robot_model::Follower { name, leader, multiplier, offset }| Follower {
-                name,
-                leader,
-                multiplier,
-                offset,
-            })
-            .collect();
-        self.viewer.base_link = robot.description.base_link.clone();
-        let names = self.viewer.joint_names.iter().chain(self.viewer.followers.iter().map(|follower| &follower.name));
-        let names: Vec<&String> = names.collect();
-        let links = robot_model::drawn_links(&robot)?.into_iter().map(|link| Link {
-            moved_by: match link.motion {
-                Motion::Fixed => None,
-                Motion::Turns | Motion::Slides => names.iter().position(|name| **name == link.joint),
-            },
-            name: link.name,
-            parent: link.parent,
-            position_m: link.position_m,
-            rotation: link.rotation,
-            axis: link.axis,
-            slides: link.motion == Motion::Slides,
-        });
-        self.viewer.links = links.collect();
-        self.viewer.urdf = robot.urdf.clone();
-        self.viewer.sole_size_m = robot.sole_outline().size_m;
+        self.viewer = ViewerSettings { scene_every_ticks: self.viewer.scene_every_ticks, ..viewer_settings(&robot)? };
         self.sole_files =
             std::iter::once(robot.sole_file.clone()).chain(robot.sole.mesh_file(&robot.sole_file)).collect();
         Ok(())

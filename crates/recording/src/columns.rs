@@ -34,8 +34,9 @@ fn name(shape: &Shape, path: &str, field: &str, joints: &[String], columns: &mut
             }
         }
         Shape::Array(element, count) => {
+            let labels = labels(element, *count, field);
             for index in 0..*count {
-                match label(element, *count, field, index, joints) {
+                match label(&labels, index, joints) {
                     Some(label) => name(element, &format!("{path}.{label}"), field, joints, columns),
                     None => columns.extend((0..numbers(element)).map(|_| None)),
                 }
@@ -45,27 +46,48 @@ fn name(shape: &Shape, path: &str, field: &str, joints: &[String], columns: &mut
     }
 }
 
-/// What an element of an array is called.
-fn label(element: &Shape, count: usize, field: &str, index: usize, joints: &[String]) -> Option<String> {
+/// What the elements of an array are called.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Labels {
+    /// As the joints of the robot's description, in its order; elements beyond them mean nothing.
+    Joints,
+    /// `node_0`, `node_1`, ..: contact nodes of a sole.
+    Nodes,
+    /// So.
+    Named(Vec<String>),
+}
+
+/// What the elements of an array of `count` in the field `field` are called.
+#[must_use]
+pub fn labels(element: &Shape, count: usize, field: &str) -> Labels {
     let of_numbers = matches!(element, Shape::F64 | Shape::U32 | Shape::U64 | Shape::I64);
-    let axis = AXES.get(index % 3).copied().unwrap_or_default();
-    let of_six = |first: &str, first_unit: &str, second: &str, second_unit: &str| {
-        let (what, unit) = if index < 3 { (first, first_unit) } else { (second, second_unit) };
-        format!("{what}_{axis}_{unit}")
+    let six = |first: [&str; 2], second: [&str; 2]| {
+        let named = |[what, unit]: [&str; 2]| AXES.map(|axis| format!("{what}_{axis}_{unit}"));
+        [named(first), named(second)].concat()
     };
-    Some(match (count, of_numbers) {
-        (MAX_JOINTS, true) => joints.get(index)?.clone(),
-        (MAX_CONTACT_NODES, _) => format!("node_{index}"),
-        (2, false) => FEET[index].to_string(),
-        (2 | 3, true) => axis.to_string(),
-        (4, true) => ["x", "y", "z", "w"][index].to_string(),
-        (6, true) if field.contains("wrench") => of_six("force", "n", "moment", "nm"),
-        (6, true) if field.contains("twist") => of_six("linear", "m_per_s", "angular", "rad_per_s"),
-        (6, true) if field.contains("acceleration") => of_six("linear", "m_per_s2", "angular", "rad_per_s2"),
-        (9, true) => format!("{}{}", AXES[index / 3], AXES[index % 3]),
-        (36, true) => format!("{}_{}", index / 6, index % 6),
-        _ => index.to_string(),
+    let plain = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
+    Labels::Named(match (count, of_numbers) {
+        (MAX_JOINTS, true) => return Labels::Joints,
+        (MAX_CONTACT_NODES, _) => return Labels::Nodes,
+        (2, false) => plain(&FEET),
+        (2 | 3, true) => plain(&AXES[..count]),
+        (4, true) => plain(&["x", "y", "z", "w"]),
+        (6, true) if field.contains("wrench") => six(["force", "n"], ["moment", "nm"]),
+        (6, true) if field.contains("twist") => six(["linear", "m_per_s"], ["angular", "rad_per_s"]),
+        (6, true) if field.contains("acceleration") => six(["linear", "m_per_s2"], ["angular", "rad_per_s2"]),
+        (9, true) => (0..9).map(|k| format!("{}{}", AXES[k / 3], AXES[k % 3])).collect(),
+        (36, true) => (0..36).map(|k| format!("{}_{}", k / 6, k % 6)).collect(),
+        _ => (0..count).map(|k| k.to_string()).collect(),
     })
+}
+
+/// What an element of an array is called.
+fn label(labels: &Labels, index: usize, joints: &[String]) -> Option<String> {
+    match labels {
+        Labels::Joints => joints.get(index).cloned(),
+        Labels::Nodes => Some(format!("node_{index}")),
+        Labels::Named(names) => names.get(index).cloned(),
+    }
 }
 
 fn numbers(shape: &Shape) -> usize {

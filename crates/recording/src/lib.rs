@@ -48,6 +48,7 @@ mod decode;
 mod encode;
 mod error;
 mod events;
+mod live;
 mod older;
 mod plan;
 mod reader;
@@ -60,8 +61,9 @@ mod viewer;
 mod wire;
 mod writer;
 
-pub use columns::columns;
+pub use columns::{Labels, columns, labels};
 pub use error::{ReadError, RecoverError, SchemaError, WriteError};
+pub use live::{CONTACT, Encoder, JOINT_STATES, LOG, ROBOT_DESCRIPTION, SCENE, TRANSFORMS, ViewerTopic};
 pub use reader::{Entry, Recording};
 pub use record::Broken;
 pub use recover::{Recovered, Recovery, recover, recover_file};

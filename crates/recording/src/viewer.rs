@@ -71,7 +71,7 @@ pub struct Link {
 /// Draws.
 #[derive(Debug, Clone)]
 pub struct Viewer {
-    settings: ViewerSettings,
+    pub(crate) settings: ViewerSettings,
     /// Joints and followers of the truth at hand: names, positions, rates, torques.
     names: Vec<String>,
     positions: Vec<f64>,

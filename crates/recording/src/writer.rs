@@ -3,7 +3,8 @@
 use crate::encode::encode;
 use crate::error::WriteError;
 use crate::events::{Event, Events};
-use crate::plan::{FOXGLOVE, Plan, SOLEUS};
+use crate::live::{self, PROTOBUF, ViewerTopic};
+use crate::plan::{Plan, SOLEUS};
 use crate::ros;
 use crate::viewer::{Viewer, ViewerSettings};
 use crate::wire::put_nested;
@@ -80,15 +81,12 @@ impl Clock {
     /// Control time in lock-step, universal time in real time; what belongs to no tick is where the recording has
     /// come to.
     fn time_ns(&mut self, header: &messages::Header) -> u64 {
-        let time_ns = match self.utc_minus_monotonic_ns {
-            Some(offset_ns) if header.clock_monotonic_ns > 0 => {
-                u64::try_from(offset_ns + i128::from(header.clock_monotonic_ns)).unwrap_or(0)
-            }
-            Some(_) => 0,
+        match self.utc_minus_monotonic_ns {
+            _ if header.tick < 0 => self.now_ns,
+            Some(_) if header.clock_monotonic_ns == 0 => self.now_ns,
+            Some(offset_ns) => u64::try_from(offset_ns + i128::from(header.clock_monotonic_ns)).unwrap_or(self.now_ns),
             None => log_time_ns(header.tick),
-        };
-        let of_no_tick = header.tick < 0 || time_ns == 0;
-        if of_no_tick { self.now_ns } else { time_ns }
+        }
     }
 
     /// A message at this time was written.
@@ -143,20 +141,13 @@ impl Writer {
                 data: content.as_slice().into(),
             })?;
         }
-        let mut viewer_channel = |name: &str, topic: &str| -> Result<u16, WriteError> {
-            let schema = mcap.add_schema(name, "protobuf", FOXGLOVE)?;
-            Ok(mcap.add_channel(schema, topic, "protobuf", &BTreeMap::new())?)
+        let mut channel = |topic: ViewerTopic| -> Result<u16, WriteError> {
+            let schema = mcap.add_schema(topic.schema_name, topic.schema_encoding, topic.schema)?;
+            Ok(mcap.add_channel(schema, topic.name, topic.encoding, &BTreeMap::new())?)
         };
-        let (transforms, scene) =
-            (viewer_channel("foxglove.FrameTransforms", "/tf")?, viewer_channel("foxglove.SceneUpdate", "/scene")?);
-        let contact = viewer_channel("foxglove.SceneUpdate", "/scene/contact")?;
-        let log = viewer_channel("foxglove.Log", "/log")?;
-        let mut ros_channel = |(name, text): (&str, &str), topic: &str| -> Result<u16, WriteError> {
-            let schema = mcap.add_schema(name, ros::SCHEMA_ENCODING, text.as_bytes())?;
-            Ok(mcap.add_channel(schema, topic, ros::ENCODING, &BTreeMap::new())?)
-        };
-        let joints = ros_channel(ros::JOINT_STATE, "/joint_states")?;
-        let description = ros_channel(ros::STRING, "/robot_description")?;
+        let (transforms, scene, contact) = (channel(live::TRANSFORMS)?, channel(live::SCENE)?, channel(live::CONTACT)?);
+        let (log, joints) = (channel(live::LOG)?, channel(live::JOINT_STATES)?);
+        let description = channel(live::ROBOT_DESCRIPTION)?;
         let viewer = Viewer::new(viewer);
         let clock = Clock { utc_minus_monotonic_ns: info.utc_minus_monotonic_ns, now_ns: info.start_ns() };
         let mut content = Vec::new();
@@ -336,6 +327,10 @@ pub(crate) const WALK_PATTERN_SCHEMA: &str = "soleus.WalkPatternV1";
 pub(crate) const PATTERN_HEADER: u32 = 1;
 pub(crate) const PATTERN_PHASES: u32 = 2;
 
+/// Raw bytes of a chunk. Who looks for a moment reads the index of all chunks and unpacks those of that moment: of ten minutes, half a
+/// thousand of these.
+const CHUNK_BYTES: u64 = 2 << 20;
+
 /// How all recordings are written: chunks of some seconds, compressed in this thread (a recorder must not take the
 /// cores of those it watches), every index there is.
 pub(crate) fn options() -> mcap::WriteOptions {
@@ -345,7 +340,7 @@ pub(crate) fn options() -> mcap::WriteOptions {
         // Of the levels the one that costs least: a third less time than the default for files that are 3 % larger.
         .compression_level(1)
         .compression_threads(0)
-        .chunk_size(Some(1 << 20))
+        .chunk_size(Some(CHUNK_BYTES))
 }
 
 /// What a recording is called until it is finished.
@@ -370,8 +365,8 @@ fn channel<'a, T: Message>(
     match channels.entry(topic) {
         Entry::Occupied(entry) => Ok(entry.into_mut()),
         Entry::Vacant(entry) => {
-            let schema = mcap.add_schema(schema, "protobuf", SOLEUS)?;
-            let id = mcap.add_channel(schema, &format!("/{topic}"), "protobuf", &BTreeMap::new())?;
+            let schema = mcap.add_schema(schema, PROTOBUF, SOLEUS)?;
+            let id = mcap.add_channel(schema, &format!("/{topic}"), PROTOBUF, &BTreeMap::new())?;
             Ok(entry.insert(Channel { id, plan: Plan::new(T::SHAPE)?, count: 0 }))
         }
     }
@@ -383,5 +378,24 @@ fn media_type(name: &str) -> &'static str {
         Some("urdf" | "xml") => "application/xml",
         Some("md" | "txt" | "log") => "text/plain",
         _ => "application/octet-stream",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::Header;
+
+    /// Topics are emptied one after the other: when tick 0 of the second comes, the first has gone on.
+    #[test]
+    fn tick_zero_is_at_time_zero_whoever_is_ahead() {
+        let mut clock = Clock::default();
+        clock.reach(50_000_000);
+        let at = |clock: &mut Clock, tick, monotonic| {
+            clock.time_ns(&Header { clock_monotonic_ns: monotonic, ..Header::new(tick, 7) })
+        };
+        assert_eq!([0, 1, -1].map(|tick| at(&mut clock, tick, 0)), [0, 5_000_000, 50_000_000]);
+        let mut clock = Clock { utc_minus_monotonic_ns: Some(1_000), now_ns: 9_000 };
+        assert_eq!([(0, 500), (3, 0), (-1, 500)].map(|(tick, ns)| at(&mut clock, tick, ns)), [1_500, 9_000, 9_000]);
     }
 }

@@ -34,7 +34,7 @@ pub use estimates::Estimates;
 pub use figures::{ClockTimes, ControllerSteps, Feedback, Lateness, ProcessTimes, WalkFigures};
 pub use gather::{Gather, Said};
 pub use limbs::JointTicks;
-pub use page::{Chart, Page, PageError, PageSettings, Table, compare, page, sheet};
+pub use page::{Chart, LogLine, Page, PageError, PageSettings, Table, compare, log_lines, page, sheet};
 pub use settings::ReportSettings;
 pub use spread::Spread;
 pub use table::table;

@@ -13,7 +13,7 @@ use support::{Kind, recorded};
 
 /// The page of a walk in a file.
 fn written(folder: &Path, kind: &Kind) -> PathBuf {
-    let page = page(&recorded(folder, kind), "test", &PageSettings::default()).expect("a page");
+    let page = page(&recorded(folder, kind), "test", &[], &PageSettings::default()).expect("a page");
     let path = folder.join("report.html");
     std::fs::write(&path, page.html).expect("room");
     path

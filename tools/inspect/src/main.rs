@@ -1,4 +1,4 @@
-//! JSON doors to the libraries, so that anybody can hold one against their own code; and a look into recordings.
+//! JSON doors to the libraries, so that anybody can hold one against their own code; and a look into recordings and living domains.
 //!
 //! One file per subcommand. To add one: a module with `Arguments` (clap) and `run(&Arguments) -> anyhow::Result<Outcome>`,
 //! a variant of [`Subcommand`] and an arm of [`run`].
@@ -9,6 +9,8 @@ mod driver_check;
 mod dynamics;
 mod figures;
 mod friction;
+mod layout;
+mod live;
 mod order;
 mod pattern;
 mod qp;
@@ -22,7 +24,7 @@ use door::Outcome;
 use messages::code::Order;
 use std::process::ExitCode;
 
-/// JSON in, JSON out (but for recordings): matrices are row-major nested lists, units are SI.
+/// JSON in, JSON out (but for recordings and domains): matrices are row-major nested lists, units are SI.
 ///
 /// Exit codes: 0 everything was solved; 1 something was not (the output says what); 2 the input or the command is wrong.
 #[derive(Parser)]
@@ -56,6 +58,14 @@ enum Subcommand {
     Report(report::Arguments),
     /// The page of two recorded walks, one over the other.
     Compare(report::CompareArguments),
+    /// The topics of a living domain and who is in it.
+    List(live::ListArguments),
+    /// How often messages come in a living domain.
+    Hz(live::HzArguments),
+    /// The messages of a topic of a living domain.
+    Echo(live::EchoArguments),
+    /// The layout of every message for C and Python.
+    Layout(layout::Arguments),
     /// Tell a robot that runs by the clock to walk off, as soon as it stands still.
     Start(order::Arguments),
     /// Tell a robot to stand: the step under way is completed, and the posture held on both feet.
@@ -75,6 +85,10 @@ fn run(subcommand: &Subcommand) -> anyhow::Result<Outcome> {
         Subcommand::DriverCheck(arguments) => driver_check::run(arguments),
         Subcommand::Report(arguments) => report::run(arguments),
         Subcommand::Compare(arguments) => report::compare(arguments),
+        Subcommand::List(arguments) => live::list(arguments),
+        Subcommand::Hz(arguments) => live::hz(arguments),
+        Subcommand::Echo(arguments) => live::echo(arguments),
+        Subcommand::Layout(arguments) => layout::run(arguments),
         Subcommand::Start(arguments) => order::give(Order::Start, arguments),
         Subcommand::Stop(arguments) => order::give(Order::Stop, arguments),
     }

@@ -1,9 +1,10 @@
 //! The page of a recording, and of two at once.
 
 use crate::door::Outcome;
-use ::report::{Page, PageSettings};
+use ::report::{LogLine, Page, PageSettings};
 use anyhow::Context;
 use clap::Args;
+use messages::code::Process;
 use recording::Recording;
 use std::path::{Path, PathBuf};
 
@@ -63,7 +64,8 @@ impl Output {
 /// Makes the page of a recording.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let recording = Recording::open(&arguments.recording)?;
-    let page = ::report::page(&recording, &name(&arguments.recording), &arguments.output.settings())?;
+    let logs = logs_beside(&arguments.recording);
+    let page = ::report::page(&recording, &name(&arguments.recording), &logs, &arguments.output.settings())?;
     arguments.output.write(&page, &arguments.recording, "report.html")
 }
 
@@ -74,6 +76,17 @@ pub fn compare(arguments: &CompareArguments) -> anyhow::Result<Outcome> {
     let pair = [(&first, names[0].as_str()), (&second, names[1].as_str())];
     let page = ::report::compare(pair, &arguments.output.settings())?;
     arguments.output.write(&page, &arguments.first, "compare.html")
+}
+
+/// What the processes of a run said, if the recording still lies in the run's folder.
+fn logs_beside(recording: &Path) -> Vec<LogLine> {
+    let log = |process: &Process| {
+        let path = recording.with_file_name("logs").join(format!("{process}.log"));
+        // A log that cannot be read is one that is not there: the page is of the recording.
+        let text = std::fs::read(path).unwrap_or_default();
+        ::report::log_lines(process.word(), &String::from_utf8_lossy(&text))
+    };
+    Process::ALL.iter().flat_map(log).collect()
 }
 
 /// What a recording is called: the run's folder, else the file.

@@ -3,6 +3,7 @@
 use crate::Ending;
 use crate::folder::RunFolder;
 use crate::heard::Heard;
+use messages::code::Process;
 use node::ExitCode;
 use recording::Recording;
 use report::{Gather, PageSettings, ReportSettings, Verdict, WalkFigures};
@@ -45,7 +46,12 @@ impl Conclusion {
         }
         let recording = Recording::open(&path).map_err(|error| error.to_string())?;
         if with_page {
-            match report::page(&recording, &folder.name(), &PageSettings::default()) {
+            let log = |process: &Process| {
+                let text = std::fs::read(folder.log(process.word())).unwrap_or_default();
+                report::log_lines(process.word(), &String::from_utf8_lossy(&text))
+            };
+            let logs: Vec<_> = Process::ALL.iter().flat_map(log).collect();
+            match report::page(&recording, &folder.name(), &logs, &PageSettings::default()) {
                 Ok(mut page) => return Ok((page.figures.remove(0), Some(page.html))),
                 Err(why) => tracing::warn!("no page: {why}"),
             }

@@ -5,6 +5,7 @@
 
 mod check;
 mod circles;
+mod dist;
 mod faults;
 mod fuzz;
 mod latency;
@@ -59,6 +60,8 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Pack what somebody needs who has no Rust: an archive and, where dpkg-deb is there, a Debian package, in target/dist.
+    Dist(dist::Arguments),
     /// Compare choices of `target-cpu` on the benchmarks of the hot paths.
     TargetCpu,
     /// Build everything in release and walk a scenario: `cargo walk SCENARIO OPTIONS`, both optional; the options are soleus-launch's.
@@ -77,6 +80,7 @@ fn main() -> anyhow::Result<()> {
         Task::Fuzz { cases } => fuzz::fuzz(cases),
         Task::Latency { arguments } => latency::measure("campaign", &arguments),
         Task::Levels { arguments } => latency::measure("levels", &arguments),
+        Task::Dist(arguments) => dist::dist(&arguments),
         Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
     }

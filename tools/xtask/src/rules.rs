@@ -158,7 +158,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "soleus-inspect",
         &[
-            // Looking on while a system runs, and an operator's word.
+            // Looking on while a system runs (`list`, `hz`, `echo`, `driver-check`), and an operator's word.
             "bus",
             "files",
             "friction",
@@ -182,6 +182,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("soleus-latency", &["bus", "lateness", "messages", "node", "recording", "report", "scenario"]),
     // An example to copy: what a driver needs, and no more.
     ("soleus-driver", &["lateness", "messages", "node", "robot"]),
+    // Shows what the recorder would record, of the robot that it would draw.
+    ("soleus-view", &["bus", "messages", "node", "recording", "robot", "soleus-recorder"]),
     ("xtask", &[]),
     ("mutation", &[]),
     // Tests: what the harness uses; the cases may use everything.

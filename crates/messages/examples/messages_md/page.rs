@@ -19,7 +19,8 @@ Its name on the wire ends in the version of its layout. A changed layout gets a 
 - State *k* gives deformation *k* and command *k*. The drives' ramps reach the references of command *k* at tick *k + 2*.
 
 To add a field: change the struct in `crates/messages/src`, give it a new version there, add the new message to
-`crates/recording/proto/soleus.proto`, list renamed fields in `crates/messages/src/older.rs`, and make this page again.
+`crates/recording/proto/soleus.proto`, list renamed fields in `crates/messages/src/older.rs`, make this page again, and
+the layouts for Python: `soleus-inspect layout --python > python/soleus/layouts.py` (`--c` prints a C header).
 ";
 
 /// The page.

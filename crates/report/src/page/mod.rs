@@ -6,6 +6,7 @@
 mod body;
 mod changes;
 mod geometry;
+mod logs;
 mod pack;
 mod plots;
 mod replay;
@@ -16,6 +17,7 @@ mod track;
 mod walk;
 
 use crate::table::rows;
+pub use logs::{LogLine, log_lines};
 use pack::Packer;
 use plots::Plot;
 use recording::{ReadError, Recording};
@@ -68,12 +70,16 @@ pub struct Page {
     pub figures: Vec<crate::WalkFigures>,
 }
 
-/// The page of one recording, called `name`.
+/// The page of one recording, called `name`, with what its processes said if that is known ([`log_lines`]).
 ///
 /// # Errors
 /// [`PageError`].
-pub fn page(recording: &Recording, name: &str, settings: &PageSettings) -> Result<Page, PageError> {
-    write(&[Walk::read(recording, name)?], settings)
+pub fn page(recording: &Recording, name: &str, logs: &[LogLine], settings: &PageSettings) -> Result<Page, PageError> {
+    let mut walk = Walk::read(recording, name)?;
+    let marked = logs::marked(logs).map(|(tick, text)| walk::Event { tick, kind: "log", text });
+    walk.events.extend(marked);
+    walk.events.sort_by_key(|event| event.tick);
+    write(&[walk], logs, settings)
 }
 
 /// The page of two recordings, one over the other.
@@ -82,10 +88,10 @@ pub fn page(recording: &Recording, name: &str, settings: &PageSettings) -> Resul
 /// [`PageError`].
 pub fn compare(recordings: [(&Recording, &str); 2], settings: &PageSettings) -> Result<Page, PageError> {
     let [first, second] = recordings;
-    write(&[Walk::read(first.0, first.1)?, Walk::read(second.0, second.1)?], settings)
+    write(&[Walk::read(first.0, first.1)?, Walk::read(second.0, second.1)?], &[], settings)
 }
 
-fn write(walks: &[Walk], settings: &PageSettings) -> Result<Page, PageError> {
+fn write(walks: &[Walk], logs: &[LogLine], settings: &PageSettings) -> Result<Page, PageError> {
     let grid = Grid::over(walks, settings).ok_or_else(|| PageError::Empty {
         name: walks.iter().map(|walk| walk.name.as_str()).collect::<Vec<_>>().join(" and "),
         between: match (settings.from_s, settings.to_s) {
@@ -109,7 +115,7 @@ fn write(walks: &[Walk], settings: &PageSettings) -> Result<Page, PageError> {
         "events": events(walks, &grid),
         "show": fall_s(&walks[0]).unwrap_or_else(|| grid.shown_first_s()),
     });
-    let html = assemble(walks, &head, &packer.finish());
+    let html = assemble(walks, logs, &head, &packer.finish());
     if html.len() > PAGE_MAX_BYTES {
         return Err(PageError::TooLarge { bytes: html.len() });
     }
@@ -188,7 +194,7 @@ fn events(walks: &[Walk], grid: &Grid) -> Vec<Value> {
     events
 }
 
-fn assemble(walks: &[Walk], head: &Value, data: &str) -> String {
+fn assemble(walks: &[Walk], logs: &[LogLine], head: &Value, data: &str) -> String {
     let title =
         if let [first, second] = walks { format!("{} and {}", first.name, second.name) } else { title(&walks[0]) };
     let mut out = String::with_capacity(data.len() + 900_000);
@@ -238,6 +244,7 @@ fn assemble(walks: &[Walk], head: &Value, data: &str) -> String {
         " Drag to turn, wheel to zoom. Space plays, arrow keys step by a frame; a click on a figure moves the replay there.</figcaption>",
     );
     put("<div class=\"events\" id=\"events\"></div></figure></div>\n<div class=\"plots\" id=\"plots\"></div>");
+    put(&logs::table(logs));
     put(
         "<noscript><p class=\"note\">Figures and replay need JavaScript. Summary and ground track do not.</p></noscript></main>\n",
     );
@@ -384,7 +391,7 @@ mod tests {
     fn numbers_in_the_page_are_the_recordings_within_half_a_step() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let recording = recorded(folder.path(), &Kind::default());
-        let page = page(&recording, "test", &PageSettings::default()).expect("a page");
+        let page = page(&recording, "test", &[], &PageSettings::default()).expect("a page");
         let columns = columns(&page.html);
         let column = |name: &str| &columns.iter().find(|(known, _)| known == name).expect("it is drawn").1;
         let truths = recording.messages(topic::TRUTH_ROBOT).expect("readable");
@@ -409,10 +416,10 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let recording = recorded(folder.path(), &Kind::default());
         let part = PageSettings { from_s: Some(1.0), to_s: Some(2.0) };
-        let columns = columns(&page(&recording, "test", &part).expect("a page").html);
+        let columns = columns(&page(&recording, "test", &[], &part).expect("a page").html);
         assert_eq!(columns[0].1.len(), 201);
         let nothing = PageSettings { from_s: Some(1e4), to_s: None };
-        let refused = page(&recording, "test", &nothing).expect_err("no tick is there").to_string();
+        let refused = page(&recording, "test", &[], &nothing).expect_err("no tick is there").to_string();
         assert!(refused.contains("between 10000 and inf s"), "{refused}");
     }
 }
