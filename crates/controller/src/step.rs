@@ -2,7 +2,7 @@
 
 use messages::code::{Mode, Outcome, Reason};
 use messages::missing::{HOLD_AFTER_TICKS, brought_to_rest, deformation_instead};
-use messages::timing::walk_time_s;
+use messages::timing::{DRIVES_BEHIND_TICKS, walk_time_s};
 use messages::{
     CONTROL_PERIOD_S, Header, MAX_JOINTS, OwnSoles, PatternHeader, PatternPhase, PatternRefused, Plain, RobotCommand,
     RobotState as StateMessage, SoleDeformation, WalkStart, read_pattern,
@@ -308,7 +308,8 @@ impl ControllerProcess {
                 let start = self.core.start_state(&planned.pattern, deformation);
                 match start {
                     Ok(start) => {
-                        let internal = InternalState::new(&self.core.integration, start);
+                        let behind_ticks = self.core.integration.measurement_delay_ticks as usize + DRIVES_BEHIND_TICKS;
+                        let internal = InternalState::new(&self.core.integration, start, behind_ticks);
                         let (deformation, used) = (*deformation, *deformation);
                         let tracking = Tracking { planned, internal, deformation, used, start: None };
                         self.progress = Progress::Tracking(Box::new(tracking));
@@ -393,7 +394,7 @@ impl Core {
         }
         let model = self.whole_body.model();
         let measured = inputs.usable.then_some(&self.measured);
-        let observed = feedback.observe(model, measured, walk.internal.state());
+        let observed = feedback.observe(model, measured, &walk.internal);
         self.summary.count_measurement(observed.as_ref().err().copied());
         if mode != Mode::Holding {
             walk.internal.begin(model, observed.ok(), CONTROL_PERIOD_S);

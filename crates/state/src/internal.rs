@@ -12,7 +12,36 @@
 use crate::settings::{IntegrationMode, IntegrationSettings};
 use multibody::Model;
 use nalgebra::DVector;
+use spatial::{Mat3, Transform, Vec3};
+use std::collections::VecDeque;
 use wholebody::{RobotState, StepReport};
+
+/// Where the model's base is and how it moves, world axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BaseMotion {
+    /// `X_WB`.
+    pub pose: Transform,
+    /// Velocity of its origin (m/s).
+    pub linear: Vec3,
+    /// Angular velocity (rad/s).
+    pub angular: Vec3,
+}
+
+impl BaseMotion {
+    fn of(state: &RobotState) -> Self {
+        let (pose, v) = (state.q.base, &state.v);
+        let turned = |first: usize| pose.rotation * Vec3::new(v[first], v[first + 1], v[first + 2]);
+        Self { pose, linear: turned(0), angular: turned(3) }
+    }
+
+    /// Moved as `to` is from `from`.
+    fn move_with(&mut self, from: &Self, to: &Self, turn: &Mat3) {
+        self.pose.translation += to.pose.translation - from.pose.translation;
+        self.pose.rotation = turn * self.pose.rotation;
+        self.linear += to.linear - from.linear;
+        self.angular += to.angular - from.angular;
+    }
+}
 
 /// How far the internal state is from the measured one.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,12 +62,16 @@ pub struct InternalState {
     difference: DVector<f64>,
     next: RobotState,
     distance: StateDistance,
+    /// Ticks by which what is measured is older than the present.
+    behind_ticks: usize,
+    /// The base at the starts of the last steps, latest first; as many as are needed.
+    past: VecDeque<BaseMotion>,
 }
 
 impl InternalState {
-    /// Starts at a state.
+    /// Starts at a state. What is measured is `behind_ticks` old: measurement and drives together.
     #[must_use]
-    pub fn new(settings: &IntegrationSettings, start: RobotState) -> Self {
+    pub fn new(settings: &IntegrationSettings, start: RobotState, behind_ticks: usize) -> Self {
         let rates_per_s = match settings.mode {
             IntegrationMode::OpenLoop => None,
             IntegrationMode::Feedback => {
@@ -46,7 +79,9 @@ impl InternalState {
             }
         };
         let difference = DVector::zeros(start.v.len());
-        Self { rates_per_s, next: start.clone(), state: start, difference, distance: StateDistance::default() }
+        let past = VecDeque::with_capacity(behind_ticks + 1);
+        let distance = StateDistance::default();
+        Self { rates_per_s, next: start.clone(), state: start, difference, distance, behind_ticks, past }
     }
 
     /// The state from which the next step starts. Call once per period, with the measured state if there is one.
@@ -62,6 +97,7 @@ impl InternalState {
             joints_rad: d[base..].iter().fold(0.0, |s: f64, x| s.max(x.abs())),
         };
         if let Some(rates_per_s) = self.rates_per_s {
+            let before = BaseMotion::of(&self.state);
             let [pose, twist, joints] = rates_per_s.map(|rate| 1.0 - (-rate * dt_s).exp());
             for i in 0..self.difference.len() {
                 let (gain, velocity_gain) = if i < base { (pose, twist) } else { (joints, joints) };
@@ -70,12 +106,40 @@ impl InternalState {
             }
             model.integrate(&self.state.q, &self.difference, &mut self.next.q);
             std::mem::swap(&mut self.state.q, &mut self.next.q);
+            // The past is corrected as the present is: else the same difference would be found, and taken, once for each tick between.
+            let after = BaseMotion::of(&self.state);
+            let turn = after.pose.rotation * before.pose.rotation.transpose();
+            self.past.iter_mut().for_each(|then| then.move_with(&before, &after, &turn));
         }
         &self.state
     }
 
+    /// The base when the robot was as it is measured now, with all corrections since; the first one if there is no such past.
+    #[must_use]
+    pub fn when_measured(&self) -> BaseMotion {
+        match self.behind_ticks {
+            0 => self.now(),
+            behind => self.past.get(behind - 1).or(self.past.back()).copied().unwrap_or_else(|| self.now()),
+        }
+    }
+
+    /// The base at present.
+    #[must_use]
+    pub fn now(&self) -> BaseMotion {
+        BaseMotion::of(&self.state)
+    }
+
+    /// The step that began here is done.
+    fn remember(&mut self) {
+        self.past.truncate(self.behind_ticks.saturating_sub(1));
+        if self.behind_ticks > 0 {
+            self.past.push_front(BaseMotion::of(&self.state));
+        }
+    }
+
     /// Takes over a step's result.
     pub fn advance(&mut self, report: &StepReport) {
+        self.remember();
         self.state.q.base = report.q_next.base;
         self.state.q.joints.copy_from(&report.q_next.joints);
         self.state.v.copy_from(&report.v_next);
@@ -83,6 +147,7 @@ impl InternalState {
 
     /// Brings it to rest where it is.
     pub fn rest(&mut self) {
+        self.remember();
         self.state.v.fill(0.0);
     }
 

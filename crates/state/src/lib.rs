@@ -4,7 +4,7 @@
 //! paper's way) it is the result of the last step. In feedback it is blended with what is measured, at rates that are set:
 //!
 //! ```text
-//! encoders, inertial unit, soles --- gate ---> observer ---> q_m, v_m          soles of the time of the measurement: AnchorHistory
+//! encoders, inertial unit, soles --- gate ---> observer ---> q_m, v_m          soles and model of the time of the measurement
 //! q <- q (+) alpha (q_m (-) q),   v <- v + alpha (v_m - v),   alpha = 1 - exp(-rate dt)
 //! ```
 //!
@@ -31,6 +31,6 @@ mod settle;
 pub use anchors::AnchorHistory;
 pub use feedback::{Feedback, FeedbackFrames};
 pub use gate::{Measured, Refused, unit_rotation};
-pub use internal::{InternalState, StateDistance};
+pub use internal::{BaseMotion, InternalState, StateDistance};
 pub use settings::{IntegrationMode, IntegrationSettings};
 pub use settle::{Criterion, NotSettled, SettleDetector, SettleSettings, Stance, Unmet};

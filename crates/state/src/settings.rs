@@ -18,13 +18,14 @@ pub struct IntegrationSettings {
     pub base_twist_rate_per_s: f64,
     /// The same for joint angles and rates (1/s). 0 for drives that follow positions: what they lag behind must not become reference.
     pub joint_rate_per_s: f64,
-    /// Age of what the robot measures when it arrives (ticks). It is carried forward with the velocities found.
+    /// Age of what the robot measures when it arrives (ticks). It is held against the model of that time.
     pub measurement_delay_ticks: u32,
     /// Where the yaw comes from.
     pub yaw: YawSource,
     /// Time constant of the gyro's bias (s).
     pub gyro_bias_time_s: f64,
-    /// Time constant of the low-pass on the base's velocity (s): it has the noise of the joint rates times the leg's length. 0 = none.
+    /// Time constant of the low-pass on the difference of the base's velocity from the model's (s): it has the noise of the joint rates times
+    /// the leg's length. 0 = none.
     pub velocity_time_s: f64,
     /// Part of a sole's own answer to the wrench that the step asks for, by which the ankle moves:
     /// [`wholebody::ComplianceFeedForward`]. 0 = none.

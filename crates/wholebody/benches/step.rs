@@ -153,7 +153,7 @@ fn feedback(robot: &Robot, model: &Model, settings: &WholeBodySettings, plan: &W
     let compliance = Mat6::from_diagonal(&Vec6::new(-2e-6, -2e-6, -2e-6, -2e-3, -2e-3, -2e-3));
     let mut times = Vec::new();
     let start = start(model, settings, &plan.reference(0.0));
-    let mut own = InternalState::new(&integration, start.clone());
+    let mut own = InternalState::new(&integration, start.clone(), 1);
     let mut measured = start;
     let mut joint_rates = DVector::zeros(model.joint_count());
     for tick in 0..(plan.duration_s() / PERIOD_S) as usize {

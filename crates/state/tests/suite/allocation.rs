@@ -28,7 +28,7 @@ fn observing_the_base_and_blending_allocates_nothing() {
         joint_rate_per_s: 1.0,
         ..IntegrationSettings::default()
     };
-    let mut internal = InternalState::new(&feedback, state.clone());
+    let mut internal = InternalState::new(&feedback, state.clone(), 2);
     let joint_rates = DVector::zeros(model.joint_count());
     let mut measured: RobotState = state.clone();
     let count = allocation_counter::measure(|| {
@@ -50,6 +50,7 @@ fn observing_the_base_and_blending_allocates_nothing() {
             );
             measured.q.base = estimate.pose;
             internal.begin(&model, Some(&measured), PERIOD_S);
+            internal.rest();
         }
     });
     assert_eq!(count.count_total, 0);
