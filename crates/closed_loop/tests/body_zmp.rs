@@ -25,17 +25,14 @@ fn errors_mm(settings: &[&str], deform: impl Fn(&mut SoleDeformation), mut see: 
     [figures.com_error_max_m, figures.zmp_error_max_m].map(|error_m| 1e3 * error_m.expect("it has walked"))
 }
 
-/// The soft-sole walk's own shift may differ from the rehearsal's by this much, forward and sideways (mm rms).
-const SHIFT_DIFFERENCE_MM: [f64; 2] = [1.0, 1.0];
-
-/// Alone, the walk that ships stays within 1.5 and 10 mm, and its body makes the ZMP that the rehearsal foresaw.
-#[test]
-fn the_plan_alone_walks_as_rehearsed() {
-    let planned = built(&[]).planned;
+/// Largest errors of centre of mass and ZMP, and how far the soft-sole walk's own shift is from the rehearsal's, forward and sideways (rms);
+/// all mm.
+fn walked_and_rehearsed(settings: &[&str]) -> ([f64; 2], [f64; 2]) {
+    let planned = built(settings).planned;
     let shift_m = [0, 1].map(|axis| planned.rehearsal.zmp_shift_m(axis));
     let (mut zero, mut sum, mut count) = (None, [0.0; 2], 0);
-    let [com_mm, zmp_mm] = errors_mm(
-        &[],
+    let errors = errors_mm(
+        settings,
         |_| {},
         |tick| {
             zero = tick.start.map(|start| start.tick_zero).or(zero);
@@ -49,11 +46,32 @@ fn the_plan_alone_walks_as_rehearsed() {
             count += 1;
         },
     );
+    (errors, sum.map(|sum| 1e3 * (sum / f64::from(count)).sqrt()))
+}
+
+/// Alone, the walk that ships stays within 1.5 and 10 mm, and its body makes the ZMP that the rehearsal foresaw: within 0.2 mm forward and 1
+/// mm sideways (rms) where no joint is at a limit. In the walk that ships the knees are as fast as they may be in every swing. The tick at
+/// which they leave that limit, the foot then catches up, is another one on soles that tilt: a quarter of a millimetre.
+#[test]
+fn the_plan_alone_walks_as_rehearsed() {
+    let ([com_mm, zmp_mm], [forward_mm, sideways_mm]) = walked_and_rehearsed(&[]);
     assert!(com_mm <= 1.5 && zmp_mm <= 10.0, "COM {com_mm} mm, ZMP {zmp_mm} mm");
-    for axis in 0..2 {
-        let rms_mm = 1e3 * (sum[axis] / f64::from(count)).sqrt();
-        assert!(rms_mm <= SHIFT_DIFFERENCE_MM[axis], "axis {axis}: {rms_mm} mm");
-    }
+    assert!(forward_mm <= 0.25 && sideways_mm <= 1.0, "forward {forward_mm} mm, sideways {sideways_mm} mm");
+    let (_, [forward_mm, sideways_mm]) = walked_and_rehearsed(&["planner.gait.swing.apex_m=0.02"]);
+    assert!(forward_mm <= 0.2 && sideways_mm <= 1.0, "forward {forward_mm} mm, sideways {sideways_mm} mm");
+}
+
+/// Feedback gains by the load that the body really makes as the other walks do. Before, with the cart-table's ZMP, it was off by 3.4 and 13.4
+/// mm.
+#[test]
+fn feedback_walks_better_too() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/scenarios/feedback.toml");
+    let mut run = ClosedLoop::new(&Scenario::load(&path, &[]).expect("it ships")).expect("it can be built");
+    while run.step().expect("the controller goes on").is_some() {}
+    assert_eq!(run.over(), Some(Reason::Finished));
+    let figures = run.figures();
+    let [com_mm, zmp_mm] = [figures.com_error_max_m, figures.zmp_error_max_m].map(|m| 1e3 * m.expect("it has walked"));
+    assert!(com_mm <= 2.0 && zmp_mm <= 13.4, "COM {com_mm} mm, ZMP {zmp_mm} mm");
 }
 
 /// Turns what the estimator says by a factor about the robot's forward axis, in place: the ankle goes with its sole.
@@ -83,12 +101,19 @@ fn the_estimators_own_roll_is_the_best() {
     assert!(own < less && own < more, "COM off by {less}, {own}, {more} mm");
 }
 
-/// The paper's mesh is a tenth too stiff; the plant's own sole, known to the estimator, walks better.
+/// The paper's mesh is a tenth too stiff, fewer patches of the plant's own are a little too coarse, and the plant's own sole is true: each
+/// walks at least as well as the one before.
 #[test]
-fn a_truer_sole_walks_better() {
+fn a_truer_sole_walks_at_least_as_well() {
     let short = "planner.gait.walk.swings=5";
-    let coarse = [short, "estimator.sole.level=fem", "estimator.sole.cells=[12,7,3]"];
-    let true_one = [short, "estimator.sole.level=patches", "estimator.sole.patch_cells=[8,7]"];
-    let [coarse, true_one] = [coarse, true_one].map(|settings| errors_mm(&settings, |_| {}, |_| {}));
-    assert!(true_one[0] <= coarse[0] && true_one[1] <= coarse[1], "{true_one:?} against {coarse:?} mm");
+    let soles = [
+        [short, "estimator.sole.level=fem", "estimator.sole.cells=[12,7,3]"],
+        [short, "estimator.sole.level=patches", "estimator.sole.patch_cells=[6,5]"],
+        [short, "estimator.sole.level=patches", "estimator.sole.patch_cells=[8,7]"],
+    ];
+    let errors = soles.map(|settings| errors_mm(&settings, |_| {}, |_| {}));
+    for two in errors.windows(2) {
+        let [less_true, truer] = two else { unreachable!("windows of two") };
+        assert!(truer[0] <= less_true[0] && truer[1] <= less_true[1], "{errors:?} mm");
+    }
 }

@@ -43,4 +43,4 @@ mod summary;
 
 pub use settings::{ControllerError, ControllerSettings, Programs};
 pub use step::{CannotWalk, ControllerOutput, ControllerProcess};
-pub use summary::{Summary, WidenedLimit};
+pub use summary::{Summary, WidenedLimit, new_joints};

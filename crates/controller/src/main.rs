@@ -1,6 +1,6 @@
 //! The controller over the bus: robot state and deformation of a tick are answered by a command.
 
-use controller::{ControllerProcess, ControllerSettings, Summary};
+use controller::{ControllerProcess, ControllerSettings, Summary, new_joints};
 use lateness::RightsSettings;
 use messages::code::{Mode, Order, Process, Reason, State};
 use messages::missing::{HOLD_AFTER_TICKS, STOP_AFTER_TICKS};
@@ -131,6 +131,17 @@ impl Control {
                 "tick {tick}: limits exclude each other, gave way: {}",
                 worst.describe(self.process.whole_body())
             );
+        }
+        let body = self.process.whole_body();
+        let limits = [
+            ("as fast or as far as they may be", before.joints_limited_bits, now.joints_limited_bits),
+            ("at the torque that they may have", before.torques_limited_bits, now.torques_limited_bits),
+        ];
+        for (which, before, now) in limits {
+            let joints = new_joints(before, now, body);
+            if !joints.is_empty() {
+                tracing::warn!("tick {tick}: {which}, for the first time: {}", joints.join(", "));
+            }
         }
         if before.by_backup == 0 && now.by_backup > 0 {
             tracing::warn!("tick {tick}: the solver has no answer, the backup is asked");

@@ -87,6 +87,22 @@ pub struct Summary {
     pub last_refused: Option<Refused>,
     /// Smallest distance of a collision pair now (m).
     pub collision_distance_m: f64,
+    /// Joints of the model that a limit of speed or position has held back at any step so far: bit *i* is joint *i*.
+    pub joints_limited_bits: u64,
+    /// The same for their torque.
+    pub torques_limited_bits: u64,
+}
+
+/// The bit of a joint of the model; none for one beyond the 64 that a word has.
+fn bit(joint: usize) -> u64 {
+    1_u64.checked_shl(joint as u32).unwrap_or(0)
+}
+
+/// Names of the joints whose bits are new.
+#[must_use]
+pub fn new_joints(before: u64, now: u64, body: &WholeBody) -> Vec<&str> {
+    let joints = body.model().joints().iter().enumerate();
+    joints.filter(|(joint, _)| now & !before & bit(*joint) != 0).map(|(_, joint)| joint.name.as_str()).collect()
 }
 
 impl Summary {
@@ -100,6 +116,13 @@ impl Summary {
         for widened in relaxed.iter().map(|relaxed| WidenedLimit::new(relaxed, order)) {
             if self.worst.is_none_or(|worst| widened.is_worse_than(&worst)) {
                 self.worst = Some(widened);
+            }
+        }
+        for active in &report.active {
+            match active.id {
+                ConstraintId::JointMotion(joint) => self.joints_limited_bits |= bit(joint),
+                ConstraintId::Torque(joint) => self.torques_limited_bits |= bit(joint),
+                _ => {}
             }
         }
         self.com_error_m = report.body_error.fixed_rows::<3>(0).norm();

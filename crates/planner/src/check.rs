@@ -75,7 +75,7 @@ pub enum NotWalkable {
     },
     /// A sole cannot carry its load.
     #[error(
-        "at {time_s:.3} s the {foot} sole {why}: raise gait.limits.zmp_margin_m, lower the accelerations (gait.cost.lambda) or take a stiffer sole"
+        "at {time_s:.3} s the {foot} sole {why}: raise gait.limits.zmp_margin_m, lower gait.swing.apex_m or lengthen gait.timing (a swinging leg moves the ZMP), lower gait.cost.lambda or take a stiffer sole"
     )]
     Sole {
         /// Walk time.
@@ -365,7 +365,10 @@ mod tests {
     fn every_plan_says_its_violation_friction_margin_and_tightest_leg() {
         let [samples, lambda, rigid] = COARSE;
         let planned = plan(&[samples, lambda, rigid, "constraint_violation_max_m=0.002"]).expect("allowed");
-        let [violation, margins, leg, rehearsed] = &planned.findings()[..] else { panic!("{:?}", planned.findings()) };
+        let [violation, margins, leg, rehearsed, speeds] = &planned.findings()[..] else {
+            panic!("{:?}", planned.findings())
+        };
+        assert!(speeds.starts_with("as fast as they may be: R_KNEE_P for "), "{speeds}");
         let worst = planned.check.largest_violation().expect("measured");
         let place = format!("at {:.3} s (step {}, {:?}, phase {})", worst.time_s, worst.step, worst.kind, worst.phase);
         assert!(violation.starts_with("largest violation of a constraint: 1."), "{violation}");

@@ -50,6 +50,7 @@ impl PlannerOutput {
              {torque}",
             rms_mm[0], rms_mm[1]
         ));
+        lines.extend(self.speeds.clone());
         lines
     }
 }

@@ -46,6 +46,8 @@ pub struct PlannerOutput {
     pub rehearsal: Rehearsal,
     /// In words, what is left to the limits of travel, speed and torque where it is least.
     pub rooms: [String; 3],
+    /// In words, which joints are as fast as they may be, if any.
+    pub speeds: Option<String>,
     /// What the phases have in common.
     pub header: PatternHeader,
     /// The phases.
@@ -75,12 +77,12 @@ pub fn plan_with_store(settings: &PlannerSettings, store: &mut Store) -> Result<
     let friction_available = check::friction_available(&robot, settings.estimator.sole.friction);
     let check = check::check(&plan, &gait, &robot, friction_available, settings.constraint_violation_max_m)?;
     let leg_joints = robot_model::leg_joints(&robot).map_err(LegsError::from).map_err(NotWalkable::Legs)?;
-    let (rehearsal, rooms) = shift::rehearse(&mut plan.pattern, &robot, settings)?;
+    let shift::Rehearsed { rehearsal, rooms, speeds } = shift::rehearse(&mut plan.pattern, &robot, settings)?;
     let estimator = &settings.estimator;
     let soles = estimator.soles(&robot, store)?;
     let soft = soles.iter().any(Option::is_some);
     let mut walk = WalkOnSoles::new(plan.pattern.clone(), soles, &estimator.stance(), CONTROL_PERIOD_S);
     let soles = soft.then(|| carried::check(&mut walk, settings)).transpose()?;
     let (header, phases) = write_pattern(&plan.pattern, robot.fingerprint)?;
-    Ok(PlannerOutput { plan, check, friction_available, soles, leg_joints, rehearsal, rooms, header, phases })
+    Ok(PlannerOutput { plan, check, friction_available, soles, leg_joints, rehearsal, rooms, speeds, header, phases })
 }

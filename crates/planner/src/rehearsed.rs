@@ -1,7 +1,7 @@
 //! What the rehearsal found, in words.
 
 use crate::NotWalkable;
-use rehearsal::{Demand, LimitKind, NotRehearsed};
+use rehearsal::{AtSpeed, Demand, LimitKind, NotRehearsed, Rehearsal};
 use wholebody::{ConstraintId, WholeBody};
 
 /// "travel", and its unit.
@@ -62,14 +62,29 @@ pub(crate) fn room(demand: &Demand, joint: &str) -> String {
     format!("{:.3} {unit} of {word} ({joint} at {:.3} s)", demand.room, demand.time_s)
 }
 
+/// "as fast as they may be: R_KNEE_P for 0.42 s in 6 spells, first at 1.234 s; a foot in the air is up to 0.03 mm off its path"; `None` if no
+/// joint is.
+pub(crate) fn speeds(rehearsal: &Rehearsal, body: &WholeBody) -> Option<String> {
+    let joint = |at: &AtSpeed| {
+        let AtSpeed { joint, lasting_s, times, first_s, .. } = *at;
+        format!("{} for {lasting_s:.3} s in {times} spells, first at {first_s:.3} s", joint_name(body, joint))
+    };
+    let joints: Vec<String> = rehearsal.at_speed.iter().map(joint).collect();
+    (!joints.is_empty()).then(|| {
+        let off_mm = 1e3 * rehearsal.swing_error_m;
+        format!("as fast as they may be: {}; a foot in the air is up to {off_mm:.2} mm off its path", joints.join(", "))
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::{PlannerSettings, shift};
+    use crate::PlannerSettings;
+    use crate::shift::{self, Rehearsed};
     use robot::Robot;
     use std::path::Path;
 
     /// What the rehearsal says of a walk; `knee_nm`: with knees of that torque.
-    fn rehearsed(changes: &[&str], knee_nm: Option<&str>) -> Result<[String; 3], String> {
+    fn rehearsed(changes: &[&str], knee_nm: Option<&str>) -> Result<Rehearsed, String> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/planner.toml");
         let changes: Vec<_> = changes.iter().map(|text| text.parse().expect("a setting")).collect();
         let settings: PlannerSettings = scenario::load(&file, &changes).expect("the configuration that ships is read");
@@ -84,15 +99,26 @@ mod tests {
         }
         let gait = settings.gait_of(&robot).expect("it has legs");
         let mut walk = gait::plan(&gait).expect("it can be planned").pattern;
-        shift::rehearse(&mut walk, &robot, &settings).map(|(_, rooms)| rooms).map_err(|refused| refused.to_string())
+        shift::rehearse(&mut walk, &robot, &settings).map_err(|refused| refused.to_string())
     }
 
     #[test]
     fn the_walk_that_ships_leaves_room() {
-        let [travel, speed, torque] = rehearsed(&[], None).expect("it is walked");
+        let Rehearsed { rooms: [travel, speed, torque], .. } = rehearsed(&[], None).expect("it is walked");
         assert!(
             travel.contains("rad of travel") && speed.contains("rad/s of speed") && torque.contains("N m of torque")
         );
+    }
+
+    #[test]
+    fn knees_that_are_as_fast_as_they_may_be_are_told_and_those_with_room_are_not() {
+        // In each of the eleven swings a knee is; stretched less, and not so high, none is.
+        let told = rehearsed(&[], None).expect("it is walked").speeds.expect("half of the knees' speed is needed");
+        for knee in ["R_KNEE_P for ", "L_KNEE_P for ", " spells, first at ", " mm off its path"] {
+            assert!(told.contains(knee), "no `{knee}` in {told}");
+        }
+        let slow = ["gait.timing.single_support_s=1.6", "gait.swing.apex_m=0.02", "gait.walk.swings=2"];
+        assert_eq!(rehearsed(&slow, None).expect("it is walked").speeds, None);
     }
 
     #[test]

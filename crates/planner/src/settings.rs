@@ -162,8 +162,11 @@ impl PlannerSettings {
             period_s,
             "the controller's period, 0.005, is usual",
         )?;
-        // Five steps make a cubic.
-        Range::between(2.0 * period_s, 0.2).demand("rehearsal.smoothing_s", smoothing_s, "0.04 is usual")?;
+        Range::between(rehearsal::HALF_WIDTH_MIN_PERIODS * period_s, 0.2).demand(
+            "rehearsal.smoothing_s",
+            smoothing_s,
+            "0.04 is usual",
+        )?;
         self.check_same_robot()?;
         let file = robot.sole_file.clone();
         let [length_m, width_m] = robot.sole_outline().carrying_m;
@@ -261,6 +264,19 @@ mod tests {
             let edge_m = 0.5 * (outline.size_m[1] - width_m);
             let corner_m = edge_m.hypot(0.5 * (outline.size_m[0] - length_m));
             assert!((beyond_m - edge_m - corner_m).abs() < 1e-12 && beyond_m < 0.035, "{beyond_m}");
+        }
+    }
+
+    #[test]
+    fn a_window_too_short_for_its_cubic_is_refused_with_its_key() {
+        let (mut settings, robot) = shipped(None);
+        for (period_s, shortest_s) in [(0.005, 0.0125), (0.01, 0.025)] {
+            settings.rehearsal.period_s = period_s;
+            settings.rehearsal.smoothing_s = shortest_s;
+            settings.check(&robot).expect("it holds five steps");
+            settings.rehearsal.smoothing_s = 0.99 * shortest_s;
+            let refused = settings.check(&robot).expect_err("four, at some times").to_string();
+            assert!(refused.contains("`rehearsal.smoothing_s`"), "{refused}");
         }
     }
 

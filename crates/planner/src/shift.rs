@@ -3,7 +3,7 @@
 //! **A dynamics filter was tried instead**: move the COM so that the body's own ZMP is the planned one, by the bounded solution of
 //! `d'' = w^2 (d + s)` for the shift `s`. The walks are no better, also when the soles are told what is left (`docs/walks.md`).
 
-use crate::rehearsed::{in_words, joint_name, room};
+use crate::rehearsed::{in_words, joint_name, room, speeds};
 use crate::{PlannerError, PlannerSettings};
 use pattern::{SHIFT_INTERVALS, SHIFT_KNOTS, WalkPattern, ZmpShift};
 use rehearsal::{Rehearsal, Samples, local_cubic};
@@ -11,13 +11,22 @@ use robot::Robot;
 use robot_model::walking_model;
 use wholebody::WholeBody;
 
-/// Walks the pattern on an ideal plant and gives it the body's own ZMP; also, in words, what is left to the limits of travel, speed and
-/// torque.
+/// The rehearsal, and in words what it says of joints and drives.
+#[derive(Debug)]
+pub(crate) struct Rehearsed {
+    pub rehearsal: Rehearsal,
+    /// What is left to the limits of travel, speed and torque.
+    pub rooms: [String; 3],
+    /// Which joints are as fast as they may be, if any.
+    pub speeds: Option<String>,
+}
+
+/// Walks the pattern on an ideal plant and gives it the body's own ZMP.
 pub(crate) fn rehearse(
     walk: &mut WalkPattern,
     robot: &Robot,
     settings: &PlannerSettings,
-) -> Result<(Rehearsal, [String; 3]), PlannerError> {
+) -> Result<Rehearsed, PlannerError> {
     let (model, _) = walking_model(robot)?;
     let body = settings.controller.whole_body(robot, &model).map_err(|error| error.under("controller"))?;
     let mut body = WholeBody::new(model, body)?;
@@ -27,7 +36,8 @@ pub(crate) fn rehearse(
         shift(walk, &rehearsal, settings.rehearsal.smoothing_s);
     }
     let rooms = rehearsal.tightest.map(|demand| room(&demand, &joint_name(&body, demand.joint)));
-    Ok((rehearsal, rooms))
+    let speeds = speeds(&rehearsal, &body);
+    Ok(Rehearsed { rehearsal, rooms, speeds })
 }
 
 /// Writes the body's own ZMP into every phase, at its knots. Where phases meet both have the same numbers.

@@ -5,7 +5,7 @@
 //!
 //! - **The body's own ZMP** ([`RehearsedTick::zmp_m`]). The swinging leg's angular momentum moves it by about a centimetre.
 //! - **Limits of joints and drives** ([`Rehearsal::tightest`]): which joint comes how near to its limits of position, speed and torque, and
-//!   when.
+//!   when; and which joints are as fast as they may be ([`Rehearsal::at_speed`]), so that the foot in the air is late.
 //!
 //! # What is not modelled
 //! The soles: on rigid footholds the ankles stand still. On soft ones they move by a millimetre and two degrees, which changes the ZMP by
@@ -16,5 +16,5 @@
 mod smoothing;
 mod walk;
 
-pub use smoothing::{Samples, local_cubic};
-pub use walk::{Demand, LimitKind, NotRehearsed, Rehearsal, RehearsedTick, rehearse};
+pub use smoothing::{HALF_WIDTH_MIN_PERIODS, Samples, local_cubic};
+pub use walk::{AtSpeed, Demand, LimitKind, NotRehearsed, Rehearsal, RehearsedTick, rehearse};

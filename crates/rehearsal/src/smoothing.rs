@@ -11,11 +11,14 @@ pub struct Samples<'a> {
     pub period_s: f64,
 }
 
+/// Shortest half width of a window, in periods, that holds the five samples that a cubic takes, wherever it lies.
+pub const HALF_WIDTH_MIN_PERIODS: f64 = 2.5;
+
 /// Value, rate and acceleration at `t_s` of the cubic that fits the samples within `half_width_s` best: what lasts longer than the window is
 /// kept, what is shorter is gone.
 ///
 /// # Panics
-/// If there are no samples, or the window holds fewer than five.
+/// If there are no samples, or the window holds fewer than five: below [`HALF_WIDTH_MIN_PERIODS`].
 #[must_use]
 pub fn local_cubic(samples: &Samples, t_s: f64, half_width_s: f64) -> [f64; 3] {
     let Samples { values, period_s } = *samples;
@@ -50,6 +53,17 @@ mod tests {
             assert!((value - cubic(t)).abs() < 1e-12);
             assert!((rate - (-2.0 + 10.0 * t - 21.0 * t * t)).abs() < 1e-10);
             assert!((acceleration - (10.0 - 42.0 * t)).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn the_shortest_window_makes_a_cubic_wherever_it_lies() {
+        let values: Vec<f64> = (0..40).map(f64::from).collect();
+        let samples = Samples { values: &values, period_s: 0.005 };
+        for k in 0..1000 {
+            let t_s = 0.05 + 1e-4 * f64::from(k) / 7.0;
+            let [value, rate, _] = local_cubic(&samples, t_s, HALF_WIDTH_MIN_PERIODS * samples.period_s);
+            assert!((value - t_s / 0.005).abs() < 1e-9 && (rate - 200.0).abs() < 1e-6, "{t_s}: {value} {rate}");
         }
     }
 

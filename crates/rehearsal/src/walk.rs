@@ -5,7 +5,7 @@ use pattern::{Reference, WalkPattern};
 use spatial::{Vec3, Wrench};
 use stance::{FootEstimate, StanceSettings, WalkOnSoles};
 use tracking::{Start, reference, start};
-use wholebody::{ConfigurationError, ConstraintId, FootTarget, RobotState, StepReport, StepStatus, WholeBody};
+use wholebody::{ConfigurationError, ConstraintId, FootTarget, RobotState, StepReport, StepStatus, TaskId, WholeBody};
 
 /// One tick of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +46,20 @@ pub struct Demand {
     pub room: f64,
 }
 
+/// A joint that its speed limit holds back: what it moves is late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AtSpeed {
+    /// Joint of the model.
+    pub joint: usize,
+    /// For how long, all times together (s).
+    pub lasting_s: f64,
+    /// How many times.
+    pub times: usize,
+    /// When for the first time, in walk time (s).
+    pub first_s: f64,
+    last_s: f64,
+}
+
 /// What the rehearsal found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rehearsal {
@@ -55,6 +69,10 @@ pub struct Rehearsal {
     pub ticks: Vec<RehearsedTick>,
     /// For position, speed and torque the joint that comes nearest to its limit, measured by the limit itself.
     pub tightest: [Demand; 3],
+    /// Joints that are as fast as they may be for a time, in the model's order.
+    pub at_speed: Vec<AtSpeed>,
+    /// Largest distance, along an axis, of a swinging ankle from its reference (m).
+    pub swing_error_m: f64,
 }
 
 /// A walk that the body cannot make even on an ideal plant.
@@ -81,7 +99,11 @@ impl Rehearsal {
     }
 }
 
-/// Walks the pattern once, a step every `period_s`.
+/// How long the robot stands before the walk (s). The start configuration is near the posture, not at rest in it: what the postures'
+/// objectives (10 rad/s) still move has come to rest to 5e-4 of itself, as in a robot that settles before it walks.
+const STANDING_S: f64 = 1.0;
+
+/// Stands, then walks the pattern once, a step every `period_s`.
 ///
 /// # Errors
 /// [`NotRehearsed`] names time, joint and amount.
@@ -96,10 +118,14 @@ pub fn rehearse(body: &mut WholeBody, walk: &WalkPattern, period_s: f64) -> Resu
     let from = Start::of(body);
     let mut state = start(body, &from, &wanted(0, 0.0).1).map_err(NotRehearsed::Start)?;
     let mut tightest = Tightest::default();
+    let (mut at_speed, mut swing_error_m) = (Vec::new(), 0.0_f64);
+    let standing = (STANDING_S / period_s).ceil() as i64;
     let ticks = (walk.duration_s() / period_s).ceil() as i64;
     let mut rehearsed = Vec::with_capacity(ticks as usize + 1);
     body.forget();
-    for tick in 0..=ticks {
+    for tick in -standing..=ticks {
+        let is_walking = tick >= 0;
+        let tick = tick.max(0);
         let time_s = tick as f64 * period_s;
         let (planned, wanted) = wanted(tick, time_s);
         body.step(&state, &wanted, period_s);
@@ -108,15 +134,22 @@ pub fn rehearse(body: &mut WholeBody, walk: &WalkPattern, period_s: f64) -> Resu
             let gave_way = report.relaxed.first().map(|relaxed| (relaxed.id, relaxed.amount));
             return Err(NotRehearsed::Limit { time_s, gave_way });
         }
+        state = RobotState { q: report.q_next.clone(), v: report.v_next.clone() };
+        if !is_walking {
+            continue;
+        }
         rehearsed.push(RehearsedTick {
             zmp_m: zmp(report, &wanted.feet),
             planned_zmp_m: planned.zmp.position,
             com_error_m: report.body_error.fixed_rows::<3>(0).norm(),
         });
-        state = RobotState { q: report.q_next.clone(), v: report.v_next.clone() };
+        let swings = report.tasks.iter().filter(|task| matches!(task.id, TaskId::SwingPosition(_)));
+        swing_error_m = swings.fold(swing_error_m, |largest, task| largest.max(task.tracking_error));
         tightest.look(body, time_s)?;
+        note_speeds(&mut at_speed, body, time_s, period_s);
     }
-    Ok(Rehearsal { period_s, ticks: rehearsed, tightest: tightest.found() })
+    at_speed.sort_by_key(|speed: &AtSpeed| speed.joint);
+    Ok(Rehearsal { period_s, ticks: rehearsed, tightest: tightest.found(), at_speed, swing_error_m })
 }
 
 /// A foot on a rigid sole.
@@ -138,6 +171,26 @@ fn zmp(report: &StepReport, feet: &[FootTarget; 2]) -> Vector2<f64> {
     let about_origin = |foot: usize| report.feet[foot].wrench.about(&-feet[foot].ankle_pose.translation);
     let total = about_origin(0) + about_origin(1);
     total.zmp(&Vec3::zeros(), 0.0).unwrap_or_else(|| Vector2::repeat(f64::NAN))
+}
+
+/// Which joints their speed limit holds back in the step that was taken.
+fn note_speeds(at_speed: &mut Vec<AtSpeed>, body: &WholeBody, time_s: f64, period_s: f64) {
+    for active in &body.report().active {
+        let ConstraintId::JointMotion(joint) = active.id else { continue };
+        let [position, speed, _] = demands(body, joint, time_s);
+        if part(&position, body) <= part(&speed, body) {
+            continue;
+        }
+        let known = at_speed.iter_mut().find(|known| known.joint == joint);
+        if let Some(known) = known {
+            // One and a half periods: the tick before, whatever rounding makes of it.
+            known.times += usize::from(time_s - known.last_s > 1.5 * period_s);
+            known.lasting_s += period_s;
+            known.last_s = time_s;
+        } else {
+            at_speed.push(AtSpeed { joint, lasting_s: period_s, times: 1, first_s: time_s, last_s: time_s });
+        }
+    }
 }
 
 /// The joint nearest to its limit, for each kind.
@@ -183,7 +236,7 @@ impl Tightest {
             let demand = match active.id {
                 ConstraintId::JointMotion(joint) => {
                     let [position, speed, _] = demands(body, joint, time_s);
-                    // A swinging leg that is as fast as it may be is late by millimetres, and in time for its landing.
+                    // A swinging leg that is as fast as it may be is a little late, and in time for its landing.
                     if part(&position, body) > part(&speed, body) {
                         continue;
                     }

@@ -56,6 +56,12 @@ pub struct WalkFigures {
     pub joints_at_limit: Vec<JointTicks>,
     /// Drives at the limit of their torque, most often first.
     pub drives_saturated: Vec<JointTicks>,
+    /// Joints that the controller's step held back at a limit of speed or position, most often first.
+    #[serde(default)]
+    pub joints_held_back: Vec<JointTicks>,
+    /// Joints whose torque it held at its limit, most often first.
+    #[serde(default)]
+    pub torques_held_back: Vec<JointTicks>,
     /// Control periods in which the plant did not reach its tolerance.
     pub periods_unconverged: u64,
     /// Commands that no robot could follow.

@@ -43,6 +43,8 @@ pub struct Gather {
     turned_rad: f64,
     at_limit: BitTicks,
     saturated: BitTicks,
+    held_back: BitTicks,
+    torques_held_back: BitTicks,
     /// Whether a command held the posture after the walk, and the walk time of the last one.
     finished: bool,
     commanded_s: f64,
@@ -70,6 +72,8 @@ impl Gather {
             }
             Said::Command(command) => {
                 self.tracking.command(command);
+                self.held_back.add(command.joints_limited_bits);
+                self.torques_held_back.add(command.torques_limited_bits);
                 self.finished |= command.mode == Mode::Finished.code();
                 self.commanded_s = self.commanded_s.max(command.walk_time_s);
             }
@@ -185,6 +189,8 @@ impl Gather {
             servo_work_j: self.last.map(|truth| truth.servo_work_j),
             joints_at_limit: self.at_limit.worst_first(),
             drives_saturated: self.saturated.worst_first(),
+            joints_held_back: self.held_back.worst_first(),
+            torques_held_back: self.torques_held_back.worst_first(),
             periods_unconverged: simulator.periods_unconverged,
             commands_refused: simulator.commands_refused,
             sole_estimates: self.estimates,

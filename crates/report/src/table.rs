@@ -54,9 +54,12 @@ pub(crate) fn rows(figures: &WalkFigures, joints: &[String]) -> Vec<(String, Str
     if figures.ticks_without_plan > 0 {
         row("ticks without plan", figures.ticks_without_plan.to_string());
     }
-    for (name, joints_there) in
-        [("joints at a limit", &figures.joints_at_limit), ("drives saturated", &figures.drives_saturated)]
-    {
+    for (name, joints_there) in [
+        ("joints at a limit", &figures.joints_at_limit),
+        ("drives saturated", &figures.drives_saturated),
+        ("steps at joint limits", &figures.joints_held_back),
+        ("steps at torque limits", &figures.torques_held_back),
+    ] {
         if !joints_there.is_empty() {
             row(name, joint_ticks(joints_there, joints));
         }
@@ -186,7 +189,7 @@ fn joint_ticks(there: &[JointTicks], names: &[String]) -> String {
 mod tests {
     use crate::{Gather, ReportSettings, Said, table};
     use messages::code::{Limit, Process, Reason, State};
-    use messages::{Health, LatenessFigures, Truth};
+    use messages::{Health, LatenessFigures, RobotCommand, Truth};
 
     fn told(gather: &Gather) -> String {
         table(&gather.finish(&ReportSettings::default()))
@@ -217,7 +220,7 @@ mod tests {
     fn troubles_have_rows_only_when_there_are_any() {
         let mut gather = Gather::default();
         gather.take(Said::Truth(&Truth::default()));
-        for absent in ["saturated", "at a limit", "not recorded", "deadlines", "refused", "without plan"] {
+        for absent in ["saturated", "at a limit", "steps at", "not recorded", "deadlines", "refused", "without plan"] {
             assert!(!told(&gather).contains(absent) || absent == "without plan", "{}", told(&gather));
         }
         gather.take(Said::Truth(&Truth {
@@ -225,10 +228,16 @@ mod tests {
             joints_at_limit_bits: 1 << 9,
             ..Truth::default()
         }));
+        gather.take(Said::Command(&RobotCommand {
+            joints_limited_bits: 1 << 4,
+            torques_limited_bits: 1 << 5,
+            ..RobotCommand::default()
+        }));
         let lost = Health { lost: 5, ..Health::new(Process::Recorder, State::Running, Reason::None) };
         gather.take(Said::Health(&lost));
         let table = told(&gather);
-        for told in ["joint 3 1 ticks", "joint 9 1 ticks", "5 messages\n"] {
+        let steps = ["steps at joint limits  joint 4 1 ticks", "steps at torque limits joint 5 1 ticks"];
+        for told in [steps[0], steps[1], "joint 3 1 ticks", "joint 9 1 ticks", "5 messages\n"] {
             assert!(table.contains(told), "no `{told}` in {table}");
         }
     }
