@@ -27,13 +27,13 @@ def enter(folder=VENV, requirements=HERE / "requirements.txt"):
         os.execv(python, [str(python), *sys.argv])
 
 
-def robots():
-    """Folder with the URDFs of example-robot-data."""
+def robots(python=PYTHON):
+    """Folder with the URDFs of example-robot-data, fetched by the pip of `python`."""
     folder = VENV / "robots"
     if not folder.exists():
         print(f"downloading {ROBOT_DATA} for its URDFs (once) ...", file=sys.stderr)
         wheels = VENV / "wheels"
-        command = [PYTHON, "-m", "pip", "download", "--quiet", "--no-deps", "-d", wheels, ROBOT_DATA]
+        command = [python, "-m", "pip", "download", "--quiet", "--no-deps", "-d", wheels, ROBOT_DATA]
         subprocess.run(command, check=True)
         (wheel,) = wheels.glob("example_robot_data-*.whl")
         with zipfile.ZipFile(wheel) as archive:

@@ -1,12 +1,15 @@
 //! The walk that ships, on its soles.
 
 use gait::GaitSettings;
-use pattern::WalkPattern;
-use sole::{EstimatorSettings, SoleModel, SoleSettings, StanceEstimator};
+use pattern::{PhaseKind, SHIFT_INTERVALS, SHIFT_KNOTS, Side, WalkPattern};
+use sole::{EstimatorSettings, SoleModel, SoleSettings, StanceEstimator, Status};
 use spatial::so3;
-use stance::{FootEstimate, Outcome, StanceSettings, WalkOnSoles};
+use stance::{FootEstimate, Outcome, StanceSettings, WalkOnSoles, certify};
 
 const PERIOD_S: f64 = 0.005;
+
+/// Of the sole that ships (m).
+const HALF_WIDTH_M: f64 = 0.065;
 
 fn walk() -> WalkPattern {
     #[derive(serde::Deserialize)]
@@ -109,4 +112,56 @@ fn a_rigid_sole_leaves_the_ankles_at_their_footholds() {
             assert_eq!(foot.ankle.pose, estimator.pattern().ankle_pose(&planned.ankle_foothold));
         }
     }
+}
+
+/// The walk with a body that adds up to `outward_m` in the middle of its second single support, away from the other foot: a bump of
+/// `sin^2`. Also when that support begins and ends (s), and its foot.
+fn pushed_outward(outward_m: f64) -> (WalkPattern, [f64; 2], Side) {
+    let mut walk = walk();
+    let singles = walk.phases.iter().enumerate().filter(|(_, phase)| phase.kind == PhaseKind::SingleSupport);
+    let (index, foot_in_air) =
+        singles.map(|(index, phase)| (index, phase.foot_1)).nth(2).expect("a walk of several steps");
+    let phase = &mut walk.phases[index];
+    let (start_s, duration_s) = (phase.start_s, phase.duration_s);
+    let (foot, outward_m) = match foot_in_air {
+        Side::Right => (Side::Left, outward_m),
+        Side::Left => (Side::Right, -outward_m),
+    };
+    for knot in 0..SHIFT_KNOTS {
+        let rate = std::f64::consts::PI / duration_s;
+        let (sin, cos) = (std::f64::consts::TAU * knot as f64 / SHIFT_INTERVALS as f64).sin_cos();
+        let bump = [0.5 * (1.0 - cos), rate * sin, 2.0 * rate * rate * cos];
+        phase.zmp_shift.0[1][knot] = bump.map(|value| outward_m * value);
+    }
+    (walk, [start_s, start_s + duration_s], foot)
+}
+
+/// What the body adds is checked on the sole as the plan's own ZMP is: it is refused with time and foot before the edge is reached, where the
+/// sole folds, and beyond it by name.
+#[test]
+fn a_shift_that_a_sole_cannot_carry_is_refused_with_time_and_foot() {
+    let (mut carried, mut tilts) = (Vec::new(), Vec::new());
+    for outward_mm in [0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 60.0, 80.0, 120.0] {
+        let (walk, [start_s, end_s], foot) = pushed_outward(1e-3 * outward_mm);
+        let middle = walk.evaluate(0.5 * (start_s + end_s)).feet[usize::from(foot == Side::Right)];
+        let planned_m = (middle.zmp.position.y - middle.sole_foothold.y_m).abs();
+        let mut feet = WalkOnSoles::new(walk, soft(), &StanceSettings::default(), PERIOD_S);
+        match certify(&mut feet) {
+            Ok(found) => {
+                carried.push(outward_mm);
+                tilts.push(found.tilt_rad.value);
+            }
+            Err(refused) => {
+                assert_eq!(refused.foot, foot, "{outward_mm} mm: {refused:?}");
+                assert!((start_s..end_s).contains(&refused.time_s), "{outward_mm} mm: {refused:?}");
+                if 1e-3 * outward_mm - planned_m > HALF_WIDTH_M {
+                    let outside = matches!(refused.status, Status::ZmpOutsideSole { .. } | Status::Fold { .. });
+                    assert!(outside, "{outward_mm} mm: {refused:?}");
+                }
+            }
+        }
+    }
+    // A centimetre more is carried, at a larger tilt; no ZMP outside of the sole ever is.
+    assert!(carried.contains(&10.0) && !carried.contains(&120.0), "{carried:?}");
+    assert!(carried.is_sorted() && tilts.is_sorted(), "{carried:?} {tilts:?}");
 }
