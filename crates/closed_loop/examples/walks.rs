@@ -1,7 +1,8 @@
 //! Walks scenarios one after the other and prints a table: `cargo run --release -p closed_loop --example walks -- FILE`.
 //!
 //! Each line of FILE is a walk: a name, a colon, a scenario's file and any number of KEY=VALUE; `#` begins a remark. `held` counts the
-//! foot's ticks whose deformation could not be solved; `bits` is one hash over every number of commands and truth.
+//! foot's ticks whose deformation could not be solved; `bits` is one hash over every number of commands and truth. No number is a time, so
+//! that a table is the same on every machine. `cargo xtask walks` writes the tables of `docs/walks/` into `docs/walks.md`.
 #![allow(clippy::print_stdout)]
 
 use anyhow::Context;
@@ -21,7 +22,7 @@ struct Row {
 fn main() -> anyhow::Result<()> {
     let file = std::env::args().nth(1).context("the file of walks")?;
     let text = std::fs::read_to_string(&file).with_context(|| file.clone())?;
-    println!("| walk | end | ticks | distance m | COM rms, max mm | ZMP rms, max mm | tilt deg | held | bits |");
+    println!("| walk | end | distance m | COM rms, max mm | ZMP rms, max mm | tilt deg | held | ticks | bits |");
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut shared = Shared::default();
     for line in text.lines().map(|line| line.split('#').next().unwrap_or_default().trim()) {
@@ -31,9 +32,9 @@ fn main() -> anyhow::Result<()> {
         let settings = words.map(str::parse).collect::<Result<Vec<Setting>, _>>()?;
         match walk(Path::new(path), &settings, &mut shared) {
             Ok((row, figures)) => {
-                println!("| {name} | {} | {} | {figures} | {} | {} |", row.end, row.ticks, row.held, row.bits)
+                println!("| {name} | {} | {figures} | {} | {} | {} |", row.end, row.held, row.ticks, row.bits)
             }
-            Err(error) => println!("| {name} | refused: {error:#} |"),
+            Err(error) => println!("| {name} | refused: {} | | | | | | | |", error.root_cause()),
         }
     }
     Ok(())

@@ -15,6 +15,7 @@ mod readme;
 mod rules;
 mod target_cpu;
 mod walk;
+mod walks;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -70,6 +71,11 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<OsString>,
     },
+    /// Walk the lists in docs/walks and write their tables into docs/walks.md: some minutes each.
+    Walks {
+        /// Names of lists; all without any.
+        names: Vec<String>,
+    },
 }
 
 fn main() -> anyhow::Result<()> {
@@ -83,5 +89,6 @@ fn main() -> anyhow::Result<()> {
         Task::Dist(arguments) => dist::dist(&arguments),
         Task::TargetCpu => target_cpu::compare(),
         Task::Walk { arguments } => walk::walk(&arguments),
+        Task::Walks { names } => walks::walks(&names),
     }
 }
