@@ -45,6 +45,23 @@ fn a_killed_process_is_named_and_the_others_stop() {
 }
 
 #[test]
+fn a_walk_that_is_published_goes_on_without_its_planner() {
+    let _alone = alone();
+    let mut running = Launch::short_walk().start();
+    running.wait_until_walking();
+    node::kill(running.wait_for_child("soleus-planner")).expect("it lives");
+    let run = running.finish();
+    // To the end, and the planner's end is told as it would be otherwise.
+    assert_eq!(run.code(), 4, "{}", run.stderr);
+    for said in ["the planner was killed by signal 9", "the walk that it has published goes on"] {
+        assert!(run.stderr.contains(said), "no `{said}` in {}", run.stderr);
+    }
+    assert!(run.stdout.contains("verdict                walked"), "{}", run.stdout);
+    run.assert_nothing_left();
+    assert_replays(&run.recording(), "controller");
+}
+
+#[test]
 fn a_killed_recorder_leaves_a_recording_that_can_be_recovered() {
     let _alone = alone();
     let running = long_walk();

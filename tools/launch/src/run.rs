@@ -143,6 +143,7 @@ fn watch(
         if let Some(reason) = ears.over {
             return Ok(reason);
         }
+        ears.let_go_of_the_planner(children);
         if let Some(ending) = first_death(children, ears, stop) {
             return Err(ending);
         }
@@ -175,7 +176,7 @@ fn all_ended_well(children: &mut [Supervised], reason: Reason) -> Result<Reason,
 
 /// The unexpected end of a process, if one has ended. When several did, the one that did not merely follow another.
 fn first_death(children: &mut [Supervised], ears: &mut Ears, stop: &Stop) -> Option<Ending> {
-    children.iter_mut().find_map(Supervised::ended)?;
+    children.iter_mut().filter(|child| ears.needs(child.process)).find_map(Supervised::ended)?;
     // Those that die of the same cause do so within a moment. Who only lost a partner may be quicker than the partner, which says that
     // it stops before it has put away what it holds.
     let start = Instant::now();
@@ -263,6 +264,10 @@ struct Ears {
     /// What the recorder said last.
     recorder: Option<Health>,
     over: Option<Reason>,
+    /// Whether the controller commands: whoever needs the pattern has it.
+    walking: bool,
+    /// The planner ended after that.
+    planner_gone: bool,
 }
 
 impl Ears {
@@ -275,6 +280,8 @@ impl Ears {
             watchdog: Watchdog::new(std::iter::empty(), Duration::MAX),
             recorder: None,
             over: None,
+            walking: false,
+            planner_gone: false,
         })
     }
 
@@ -287,6 +294,7 @@ impl Ears {
                     self.recorder = Some(health);
                 }
                 let state = State::from_code(health.state);
+                self.walking |= *process == Process::Controller && state == Some(State::Running);
                 if let Some(entry) = self.states.iter_mut().find(|(other, ..)| other == process) {
                     entry.1 = state;
                     entry.2 = Reason::from_code(health.reason).unwrap_or(Reason::None);
@@ -301,6 +309,25 @@ impl Ears {
             }
         }
         Ok(())
+    }
+
+    /// Whether the walk cannot go on without a process.
+    fn needs(&self, process: Process) -> bool {
+        process != Process::Planner || !self.planner_gone
+    }
+
+    /// A planner that ends while the controller commands is told; the walk that it has published goes on. To stop in mid-step would be a fall. How
+    /// it ended is how the launch ends.
+    fn let_go_of_the_planner(&mut self, children: &mut [Supervised]) {
+        if !self.walking || self.planner_gone {
+            return;
+        }
+        let Some(planner) = children.iter_mut().find(|child| child.process == Process::Planner) else { return };
+        if let Some(status) = planner.ended() {
+            tracing::warn!("{}; the walk that it has published goes on", planner.explain(status).reason);
+            self.planner_gone = true;
+            self.watchdog.release(Process::Planner);
+        }
     }
 
     fn begun(&self) -> bool {

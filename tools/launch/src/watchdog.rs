@@ -60,6 +60,11 @@ impl Watchdog {
         watched.speaks();
     }
 
+    /// A process is gone, and nobody waits for it.
+    pub fn release(&mut self, process: Process) {
+        self.watched.retain(|watched| watched.process != process);
+    }
+
     /// Tells who has become silent, and says so when one of them hangs.
     pub fn look(&mut self) -> Option<Ending> {
         let passed = self.looked.elapsed().min(LOOK_MAX);
