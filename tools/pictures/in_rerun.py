@@ -11,6 +11,7 @@ tools/pictures/.venv-rerun only.
 import argparse
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -35,7 +36,9 @@ def main(arguments):
     program = pathlib.Path(sys.executable).with_name("rerun")
     subprocess.run([program, "analytics", "disable"], capture_output=True)
     flags = ["--headless", "--renderer", "vulkan", "--window-size", "1590x980", "--port", str(PORT)]
-    viewer = subprocess.Popen([program, *flags], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # The program is a script that starts the viewer: both are ended.
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    viewer = subprocess.Popen([program, *flags], **quiet)
     try:
         time.sleep(OPEN_S)
         rerun.init("walk")
@@ -61,7 +64,7 @@ def main(arguments):
         image.save(arguments.output, quality=80, method=6)
         print(f"{arguments.output}: {image.width} x {image.height}, {os.path.getsize(arguments.output) / 1000:.0f} kB")
     finally:
-        viewer.terminate()
+        os.killpg(viewer.pid, signal.SIGTERM)
         viewer.wait()
 
 
