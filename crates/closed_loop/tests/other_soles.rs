@@ -132,7 +132,10 @@ fn asymmetry(robot: &Path, sole: Option<&TempDir>, settings: &[&str], ankle_heig
 }
 
 /// Poses are found to 1e-9 of the load, which sinks a foot by millimetres; plans to 1e-9 of their forces.
-const APART_MAX_M: f64 = 1e-10;
+const ANKLES_APART_MAX_M: f64 = 1e-10;
+/// The real soles open and close: which patch at the rim carries its last force, rounding decides. While the robot settles, a walk and its image
+/// then differ by 3e-8 m of the centre of mass, seen at 1 to 3 Newton steps of the plant. A wrong sign costs a tenth of a millimetre.
+const COM_APART_MAX_M: f64 = 1e-7;
 
 #[test]
 fn a_walk_and_its_mirror_image_agree_on_a_block_and_on_an_unstructured_mesh() {
@@ -141,8 +144,8 @@ fn a_walk_and_its_mirror_image_agree_on_a_block_and_on_an_unstructured_mesh() {
     for (sole, settings, ankle_height_m) in [(None, &[][..], 0.103), (Some(&gmsh), &ON_30_MM[..], 0.112)] {
         let [ankles_m, com_m, sunk_m] = asymmetry(robot.path(), sole, settings, ankle_height_m);
         assert!(sunk_m > 5e-4, "the soles carry the robot: {sunk_m} m");
-        assert!(ankles_m < APART_MAX_M, "{ankles_m:e} m");
-        assert!(com_m < APART_MAX_M, "{com_m:e} m");
+        assert!(ankles_m < ANKLES_APART_MAX_M, "{ankles_m:e} m");
+        assert!(com_m < COM_APART_MAX_M, "{com_m:e} m");
     }
 }
 

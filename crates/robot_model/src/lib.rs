@@ -342,7 +342,7 @@ mod tests {
         let mut robot = hrp4();
         robot.description.groups.entry("right_leg".to_owned()).and_modify(|leg| drop(leg.pop()));
         let error = leg_joints(&robot).expect_err("five joints").to_string();
-        assert!(error.contains("robot.toml: groups.right_leg must name hip yaw"), "{error}");
+        assert!(error.contains("robot.toml: groups.right_leg must name the six joints"), "{error}");
         let mut robot = hrp4();
         robot.urdf = robot.urdf.replacen("<link name=\"body\">", "<link name=\"torso\">", 1);
         let error = walking_model(&robot).expect_err("two links of one name");
