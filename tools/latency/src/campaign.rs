@@ -90,6 +90,13 @@ impl Measured {
         pooled
     }
 
+    /// What a process took after the beginning of its tick, and the reference on its core, over all valid rounds.
+    pub fn figures(&self, process: Process) -> [(&'static str, Lateness); 4] {
+        let Cycles { woke, published, processor, .. } = self.pooled(process);
+        let reference = self.pooled_reference(process);
+        [("woke", woke), ("published", published), ("processor", processor), ("reference on its core", reference)]
+    }
+
     /// Per valid round: a process's wake-ups and those of the reference on its core.
     pub fn paired_wakes(&self, process: Process) -> Vec<(Quantiles, Quantiles)> {
         let pair = |round: &Round| {
@@ -124,15 +131,11 @@ impl Round {
 
 /// Runs it; the exit code.
 pub fn run(wanted: &Campaign) -> anyhow::Result<u8> {
-    let facts = machine::facts();
-    facts.iter().for_each(|(name, value)| eprintln!("{name:<22} {value}"));
+    let facts = machine::tell();
     let swings = (((f64::from(wanted.seconds) - STANDING_S) / SWING_S) as u32).max(1);
     let flat = Walk::of("flat", &wanted.settings, true).set(&format!("planner.gait.walk.swings={swings}"))?;
     let (cores, priority) = (flat.cores()?, flat.priority()? + 1);
-    let refused = threads::refused_here(&cores, priority);
-    if !refused.is_empty() {
-        refused.iter().for_each(|refused| eprintln!("soleus-latency: {refused}"));
-        eprintln!("soleus-latency: SKIPPED, nothing was measured: the rights are missing");
+    if !threads::are_granted_here(&cores, priority) {
         return Ok(UNUSABLE);
     }
     std::fs::create_dir_all(&wanted.out).with_context(|| format!("cannot make {}", wanted.out.display()))?;

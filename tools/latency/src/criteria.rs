@@ -278,14 +278,8 @@ pub fn table(criteria: &[Criterion], measured: &Measured) -> String {
         measured.lasted.as_secs_f64()
     );
     for process in LOOP {
-        let cycles = measured.pooled(process);
-        for (figure, lateness) in [
-            ("woke", &cycles.woke),
-            ("published", &cycles.published),
-            ("processor", &cycles.processor),
-            ("reference", &measured.pooled_reference(process)),
-        ] {
-            text += &format!("{:<22} {}\n", format!("{process}, {figure}"), quantiles(lateness));
+        for (figure, lateness) in measured.figures(process) {
+            text += &format!("{:<34} {}\n", format!("{process}, {figure}"), quantiles(&lateness));
         }
     }
     for (name, lateness) in [
@@ -294,7 +288,7 @@ pub fn table(criteria: &[Criterion], measured: &Measured) -> String {
         ("  on one core", &measured.wakes.event_on_one_core),
         ("wake by futex", &measured.wakes.futex),
     ] {
-        text += &format!("{name:<22} {}\n", quantiles(lateness));
+        text += &format!("{name:<34} {}\n", quantiles(lateness));
     }
     text.push('\n');
     for Criterion { id, measure, accept, found, verdict } in criteria {

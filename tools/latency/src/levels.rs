@@ -30,15 +30,11 @@ const LEVELS: [(&str, &[&str]); 13] = [
 
 /// Walks all levels; the exit code.
 pub fn run(wanted: &Levels) -> anyhow::Result<u8> {
-    let facts = machine::facts();
-    facts.iter().for_each(|(name, value)| eprintln!("{name:<22} {value}"));
+    let facts = machine::tell();
     let swings = format!("planner.gait.walk.swings={}", wanted.swings);
     let base = Walk::of("flat", &[], true).set(&swings)?;
     let (cores, priority) = (base.cores()?, base.priority()? + 1);
-    let refused = threads::refused_here(&cores, priority);
-    if !refused.is_empty() {
-        refused.iter().for_each(|refused| eprintln!("soleus-latency: {refused}"));
-        eprintln!("soleus-latency: SKIPPED, nothing was measured: the rights are missing");
+    if !threads::are_granted_here(&cores, priority) {
         return Ok(UNUSABLE);
     }
     std::fs::create_dir_all(&wanted.out).with_context(|| format!("cannot make {}", wanted.out.display()))?;

@@ -30,8 +30,14 @@ impl ProcessorTimes {
     }
 }
 
-/// Name and value of what a reader must know of the machine.
-pub fn facts() -> Vec<(String, String)> {
+/// Says what a reader must know of the machine, and returns it: names and values.
+pub fn tell() -> Vec<(String, String)> {
+    let facts = facts();
+    facts.iter().for_each(|(name, value)| eprintln!("{name:<22} {value}"));
+    facts
+}
+
+fn facts() -> Vec<(String, String)> {
     let file = |path: &str| read_to_string(path).map(|text| text.trim().to_string()).unwrap_or_default();
     let cpu = file("/proc/cpuinfo");
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or_default();

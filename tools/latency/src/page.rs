@@ -31,14 +31,8 @@ fn tables(measured: &Measured, criteria: &[Criterion]) -> Vec<Table> {
     let rounds = measured.valid.iter().chain(&measured.invalid);
     let mut figures = Vec::new();
     for process in LOOP {
-        let cycles = measured.pooled(process);
-        for (figure, lateness) in [
-            ("woke", &cycles.woke),
-            ("published", &cycles.published),
-            ("processor", &cycles.processor),
-            ("reference on its core", &measured.pooled_reference(process)),
-        ] {
-            figures.push(vec![process.to_string(), figure.to_string(), quantiles(lateness)]);
+        for (figure, lateness) in measured.figures(process) {
+            figures.push(vec![process.to_string(), figure.to_string(), quantiles(&lateness)]);
         }
     }
     vec![

@@ -55,10 +55,14 @@ fn wake_up(core: u32, priority: u32, seconds_max: u64, stop: &AtomicBool) -> (Ri
     (rights, samples)
 }
 
-/// What this machine refuses of what the test needs; empty: nothing.
-pub fn refused_here(cores: &[u32], priority: u32) -> Vec<String> {
-    let references = References::start(cores, priority, 1);
-    references.finish().1
+/// Whether this machine grants the test what it needs; if not, what it refuses is said.
+pub fn are_granted_here(cores: &[u32], priority: u32) -> bool {
+    let (_, refused) = References::start(cores, priority, 1).finish();
+    refused.iter().for_each(|refused| eprintln!("soleus-latency: {refused}"));
+    if !refused.is_empty() {
+        eprintln!("soleus-latency: SKIPPED, nothing was measured: the rights are missing");
+    }
+    refused.is_empty()
 }
 
 #[cfg(test)]
